@@ -39,7 +39,7 @@ from ..runs.accuracy import Accuracy, accuracy
 from ..runs.findings import course, findings, remarks, stage_table
 from ..runs.measure import (
     LimitCheck,
-    Metric,
+    MetricLike,
     check_metrics,
     happened,
     limit_checks,
@@ -206,7 +206,7 @@ def report(
     run: Result | Scene,
     path: str | os.PathLike[str] | None = None,
     *,
-    sensitivity: Sequence[Metric] = (),
+    sensitivity: Sequence[MetricLike] = (),
     span: float | Mapping[str, float | str] | None = 0.01,
     limits: Mapping[str, int | float | str] | None = None,
     title: str = "",
@@ -408,7 +408,7 @@ def flat(mapping: Mapping[str, object], above: str = "") -> list[tuple[str, str]
 
 def _sensitivities(
     result: Result,
-    metrics: Sequence[Metric],
+    metrics: Sequence[MetricLike],
     span: float | Mapping[str, float | str] | None,
     progress: Progress,
 ) -> Contents:

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from .._base._faults import Fault, Issues
 from .._base._numbers import Reading, number, pretty, reading, scale
 from ..outputs.metrics import is_least
-from ..runs.measure import Metric, name_of
+from ..runs.measure import MetricLike, name_of
 from ..runs.result import Result
 from ..runs.simulate import simulate
 from ..studies._fitted import Calibration
@@ -283,7 +283,9 @@ def _draw_limit(axes: Axes, found: Uncertainty, name: str, sample: _Sample) -> N
 
 
 @styled
-def histogram(found: Uncertainty, metric: Metric, *, ax: Axes | None = None) -> Axes:
+def histogram(
+    found: Uncertainty, metric: MetricLike, *, ax: Axes | None = None
+) -> Axes:
     """Histogram of a metric in % of all runs, and its limit where it has one.
 
     Example:
@@ -306,7 +308,9 @@ def histogram(found: Uncertainty, metric: Metric, *, ax: Axes | None = None) -> 
 
 
 @styled
-def cumulative(found: Uncertainty, metric: Metric, *, ax: Axes | None = None) -> Axes:
+def cumulative(
+    found: Uncertainty, metric: MetricLike, *, ax: Axes | None = None
+) -> Axes:
     """Cumulative share of a metric among the runs that have it, quantiles with their
     intervals, and its limit where it has one.
 
@@ -343,7 +347,7 @@ def cumulative(found: Uncertainty, metric: Metric, *, ax: Axes | None = None) ->
 
 @styled
 def distribution(
-    found: Uncertainty, metric: Metric, *, figure: Figure | None = None
+    found: Uncertainty, metric: MetricLike, *, figure: Figure | None = None
 ) -> Figure:
     """Histogram and cumulative share of a metric, quantiles with their intervals, and
     its limit where it has one.

@@ -42,22 +42,22 @@ from .result import Result
 
 #: name of a metric or of an energy (`energy.friction_heat`), or a function of a `Result`
 #: to a number
-Metric = str | Callable[[Result], Any]
+MetricLike = str | Callable[[Result], Any]
 
 
-def as_metrics(metrics: Metric | Sequence[Metric]) -> list[Metric]:
+def as_metrics(metrics: MetricLike | Sequence[MetricLike]) -> list[MetricLike]:
     """One metric, or several, as a list."""
     return [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
 
 
-def name_of(metric: Metric) -> str:
+def name_of(metric: MetricLike) -> str:
     """Name of a metric in tables."""
     if isinstance(metric, str):
         return metric
     return getattr(metric, "__name__", type(metric).__name__)
 
 
-def unit_of(metric: Metric) -> str:
+def unit_of(metric: MetricLike) -> str:
     """SI unit of a metric; empty for a function, whose unit is unknown, and for an
     unknown name."""
     entry = metric_of(metric) if isinstance(metric, str) else None
@@ -89,7 +89,7 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
     faults.report()
 
 
-def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
+def measure(result: Result, metric: MetricLike, *, arrays: bool = False) -> Array:
     """One number of a result, concrete or traced; `inf` for times of what did not
     happen.
 
@@ -119,7 +119,7 @@ def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
 
 
 def measure_all(
-    result: Result, metrics: Sequence[Metric], *, arrays: bool = False
+    result: Result, metrics: Sequence[MetricLike], *, arrays: bool = False
 ) -> list[Array]:
     """Several numbers of a result (see `measure`); maxima of a traced one from one pass
     over it."""

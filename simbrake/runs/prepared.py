@@ -27,7 +27,14 @@ from ..parts.scene_checks import check_scene, checked
 from ..thermal.mesh import finer_values
 from .edit import entry_of, fault_of_path, numbers_in_si, with_inputs
 from .errors import error_of_layers, errors_between, second_rtol
-from .measure import Metric, as_metrics, check_metrics, measure_all, name_of, unit_of
+from .measure import (
+    MetricLike,
+    as_metrics,
+    check_metrics,
+    measure_all,
+    name_of,
+    unit_of,
+)
 from .mesh import cuts_of, with_finer_layers
 from .result import Result
 from .simulate import DIFFERENTIATED, Solver, room_for, simulate, solver_name, solver_of
@@ -165,7 +172,7 @@ class Prepared:
     def __init__(
         self,
         scene: Scene,
-        metrics: Sequence[Metric],
+        metrics: Sequence[MetricLike],
         solver: Solver,
         rtol: float,
         max_steps: int,
@@ -434,7 +441,7 @@ class Prepared:
 @explained
 def prepare(
     scene: Scene,
-    metrics: Metric | Sequence[Metric] = (
+    metrics: MetricLike | Sequence[MetricLike] = (
         "slip_onset_time",
         "full_slip_time",
         "stopping_time",

@@ -10,7 +10,7 @@ from .._base._quantity import Quantity, unit_suffix
 from ..parts.scene import Scene
 from ..parts.scene_checks import faults
 from ..runs.edit import with_inputs, with_values
-from ..runs.measure import Metric, check_metrics
+from ..runs.measure import MetricLike, check_metrics
 from .bounds import Inputs, bounds_of
 from .many_points import Columns
 
@@ -122,7 +122,7 @@ def checked(
     distributions: Mapping[str, Distribution],
     n: int | np.integer,
     method: str,
-    metrics: Sequence[Metric] = (),
+    metrics: Sequence[MetricLike] = (),
 ) -> Draws:
     """The distributions. Raises `InputError` with all their errors and those already in
     `found`."""

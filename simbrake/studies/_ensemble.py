@@ -20,7 +20,7 @@ from ..parts.scene import Scene, require_scene
 from ..physics.mechanism import Label
 from ..results.stored import Dataset
 from ..runs.errors import error_of_layers, errors_between, second_rtol
-from ..runs.measure import Metric, name_of, unit_of
+from ..runs.measure import MetricLike, name_of, unit_of
 from ..runs.mesh import cuts_of, with_finer_layers
 from ..runs.simulate import require_64_bits, require_compiling, simulate
 from ..thermal.mesh import finer_values
@@ -206,7 +206,7 @@ def _as_grid(flat: Dataset, axes: Columns) -> Dataset:
 def ensemble(
     scene: Scene,
     values: Mapping[str, object],
-    metrics: Metric | Sequence[Metric] | None = None,
+    metrics: MetricLike | Sequence[MetricLike] | None = None,
     *,
     rtol: float = 1e-10,
     solver: Solver | None = None,
@@ -318,7 +318,7 @@ def ensemble(
 def sweep(
     scene: Scene,
     values: Mapping[str, object],
-    metrics: Metric | Sequence[Metric] | None = None,
+    metrics: MetricLike | Sequence[MetricLike] | None = None,
     **settings: Any,
 ) -> Dataset:
     """Runs a scene on the full grid of the values given, `{path: (k,)}`: a data set

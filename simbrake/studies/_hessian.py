@@ -8,7 +8,7 @@ import numpy as np
 from .._base._faults import Fault, Issues, input_error
 from ..parts.scene import Scene
 from ..runs.edit import with_values
-from ..runs.measure import Metric, check_metrics
+from ..runs.measure import MetricLike, check_metrics
 from ._sensitivity import check_happened, chosen_leaves, end_of_range, modes_of
 from .bounds import Paths, name_of_entry, numbers_of
 from .evaluating import Metrics, PointEvaluator, Solver, values_of
@@ -40,7 +40,7 @@ class Hessian(NamedTuple):
 
 def hessian(
     scene: Scene,
-    metric: Metric,
+    metric: MetricLike,
     paths: str | Sequence[str],
     *,
     step: float = 0.02,

@@ -12,7 +12,7 @@ from ..outputs.judgement import REASONS
 from ..outputs.log import failure_of
 from ..outputs.metrics import HOLDING, allowable_values
 from ..runs.findings import Finding, lower, upper
-from ..runs.measure import Metric, name_of, title_of, unit_of
+from ..runs.measure import MetricLike, name_of, title_of, unit_of
 from ..runs.result import Result
 from ._sensitivity import sensitivity as sensitivities
 from ._sensitivity_table import FIXED, Sensitivity
@@ -27,7 +27,7 @@ def torque_over_load(result: Result) -> Any:
     return capacity.torque / capacity.hanging
 
 
-def _subject(result: Result) -> Metric:
+def _subject(result: Result) -> MetricLike:
     """The number that matters most in the duty of a run."""
     kind = result.report().summary["duty"]
     m = result.metrics
@@ -40,7 +40,7 @@ def _subject(result: Result) -> Metric:
         None,
     )
     capacity = result.report().summary["capacity"]
-    choice: dict[str, Metric | None] = {
+    choice: dict[str, MetricLike | None] = {
         DutyKind.STOP: "stopping_time",
         DutyKind.STOPS: hot or "stopping_time",
         DutyKind.HOLD: HOLDING if m.get(HOLDING) is not None else None,

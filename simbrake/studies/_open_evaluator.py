@@ -10,7 +10,7 @@ from .._base._arguments import explained
 from .._base._faults import Issues, input_error, shown
 from ..parts.scene import Scene, require_scene
 from ..runs.edit import entry_of, with_inputs
-from ..runs.measure import Metric, as_metrics, check_metrics, unit_of
+from ..runs.measure import MetricLike, as_metrics, check_metrics, unit_of
 from ..runs.prepared import Prepared, prepare
 from ..runs.simulate import Solver
 from .bounds import Inputs, Paths, bounds_of, faults_of_runs
@@ -137,7 +137,7 @@ _NUMBER = (
 def evaluator(
     scene: Scene,
     parameters: str | Sequence[str] | Mapping[str, Any],
-    metrics: Metric | Sequence[Metric] = "stopping_time",
+    metrics: MetricLike | Sequence[MetricLike] = "stopping_time",
     *,
     rtol: float = 1e-10,
     solver: Solver | None = None,

@@ -12,7 +12,7 @@ from .._base._quantity import Quantity, unit_suffix
 from ..parts.scene import Scene
 from ..runs.choice import stiffness
 from ..runs.edit import with_inputs, with_values
-from ..runs.measure import Metric, as_metrics, check_metrics
+from ..runs.measure import MetricLike, as_metrics, check_metrics
 from ..runs.simulate import check_limits, solver_for
 from .bounds import Inputs, Paths, array_in_si, faults_of_runs, named_runs
 from .evaluating import Solver, own_part
@@ -32,7 +32,7 @@ class Plan:
 
     scene: Scene
     values: dict[str, np.ndarray]
-    metrics: tuple[Metric, ...]
+    metrics: tuple[MetricLike, ...]
     rtol: float
     solver: Solver | None
     max_steps: int | None
@@ -99,7 +99,7 @@ class Plan:
 def plan_of(
     scene: Scene,
     values: Mapping[str, object],
-    metrics: Metric | Sequence[Metric] | None,
+    metrics: MetricLike | Sequence[MetricLike] | None,
     rtol: float,
     solver: Solver | None,
     max_steps: int | None,

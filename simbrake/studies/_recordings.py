@@ -15,7 +15,7 @@ from ..parts.scene import Scene, require_scene
 from ..parts.scene_checks import check_scene
 from ..runs.choice import stiffness
 from ..runs.edit import entry_of, with_inputs, with_values
-from ..runs.measure import Metric, measure
+from ..runs.measure import MetricLike, measure
 from ..runs.result import Result
 from ..runs.simulate import solver_for
 from .bounds import Box, Inputs, Paths, box_of
@@ -28,7 +28,7 @@ class MeasuredValues(NamedTuple):
     vector."""
 
     columns: tuple[tuple[str, str | None], ...]
-    metrics: tuple[Metric, ...]
+    metrics: tuple[MetricLike, ...]
 
     def __call__(self, result: Result, ts: Array) -> tuple[Array, None]:
         parts = []

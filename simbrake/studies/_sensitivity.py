@@ -16,7 +16,14 @@ from ..outputs.log import labels_of
 from ..parts.scene import Scene
 from ..physics.mechanism import Label
 from ..runs.edit import fault_of_limit, unknown_number, with_values
-from ..runs.measure import Metric, as_metrics, check_metrics, happened, name_of, unit_of
+from ..runs.measure import (
+    MetricLike,
+    as_metrics,
+    check_metrics,
+    happened,
+    name_of,
+    unit_of,
+)
 from ..runs.one_sided import one_sided
 from ..runs.result import Result
 from ._sensitivity_table import ENDS, Sensitivity, SensitivityTable
@@ -94,7 +101,7 @@ def end_of_range(
 
 def sensitivity(
     scene: Scene,
-    metric: Metric | Sequence[Metric],
+    metric: MetricLike | Sequence[MetricLike],
     wrt: str | Sequence[str] | None = None,
     *,
     span: float | Mapping[str, float | str] | None = 0.01,

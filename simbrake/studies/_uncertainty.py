@@ -14,7 +14,7 @@ from ..outputs.judgement import REASONS
 from ..outputs.log import SimulationError
 from ..outputs.metrics import is_least, keeps
 from ..parts.scene import Scene, require_scene
-from ..runs.measure import Metric, as_metrics, name_of, unit_of
+from ..runs.measure import MetricLike, as_metrics, name_of, unit_of
 from ._draws import METHODS, Distribution, Method, checked, power_of_two, unit_points
 from ._ensemble import Dataset, ensemble
 from ._estimates import Estimate, mean_and_deviation, probability, quantile
@@ -172,7 +172,7 @@ class Uncertainty(Tabular):
 def uncertainty(
     scene: Scene,
     distributions: Mapping[str, Distribution],
-    metrics: Metric | Sequence[Metric] = ("stopping_time",),
+    metrics: MetricLike | Sequence[MetricLike] = ("stopping_time",),
     n: int = 1024,
     *,
     limits: Mapping[str, object] | None = None,
@@ -285,8 +285,8 @@ def _points(
 
 
 def _limits(
-    scene: Scene, limits: Mapping[str, object] | None, asked: list[Metric]
-) -> tuple[dict[str, Any], list[Metric]]:
+    scene: Scene, limits: Mapping[str, object] | None, asked: list[MetricLike]
+) -> tuple[dict[str, Any], list[MetricLike]]:
     """Limits by metric, and the metrics needed only for limits."""
     require_scene(scene)
     bounds = {
@@ -306,7 +306,7 @@ def _limits(
 def _evaluate(
     data: Dataset,
     group: np.ndarray,
-    asked: Sequence[Metric],
+    asked: Sequence[MetricLike],
     bounds: Mapping[str, float | np.ndarray],
     shares: Sequence[float],
     confidence: float,

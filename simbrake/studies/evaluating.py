@@ -27,7 +27,7 @@ from ..hybrid.arrays import Array
 from ..outputs.log import FAILURES
 from ..outputs.metrics import identity_of
 from ..parts.scene import Scene
-from ..runs.measure import Metric, measure_all
+from ..runs.measure import MetricLike, measure_all
 from ..runs.result import Result
 from ..runs.simulate import Solver, room_for, simulate, solver_of, step_limits
 
@@ -53,7 +53,7 @@ def failure_name(code: int) -> str:
     return FAILURES[code][0] if code in FAILURES else f"code {code}"
 
 
-def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[Metric]) -> str:
+def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[MetricLike]) -> str:
     """Name of a class or function of the user, or of a library that simbrake does not
     know; empty without any."""
     try:
@@ -66,7 +66,7 @@ def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[Metric]) -> 
 class Metrics(NamedTuple):
     """Metrics of a result as one vector (m,)."""
 
-    asked: tuple[Metric, ...]
+    asked: tuple[MetricLike, ...]
 
     def __call__(self, result: Result, given: object = None) -> tuple[Array, None]:
         return jnp.stack(measure_all(result, self.asked)), None

@@ -18,7 +18,7 @@ from ..outputs.judgement import COLOURS, REASONS, Judgement, judge_of_many
 from ..outputs.metrics import HOLDING, METRICS, identity_of, metric_names
 from ..outputs.torques import ends_driven
 from ..parts.scene import Scene
-from ..runs.measure import Metric, measure, measure_all, name_of
+from ..runs.measure import MetricLike, measure, measure_all, name_of
 from ..runs.result import Result
 from ..runs.simulate import Solver, simulate, simulate_lane, solver_name, step_limits
 from .bounds import Paths
@@ -115,7 +115,7 @@ class Job(NamedTuple):
 
     scene: Scene
     paths: Paths
-    metrics: tuple[Metric, ...]
+    metrics: tuple[MetricLike, ...]
     solver: Solver
     rtol: float
     max_steps: int
@@ -132,7 +132,7 @@ class Job(NamedTuple):
         )
 
     @property
-    def measured(self) -> tuple[Metric, ...]:
+    def measured(self) -> tuple[MetricLike, ...]:
         """Metrics that its program computes: those asked for, and all of simbrake's own
         that cost next to nothing, so that one program serves for any of them."""
         cheap = (
@@ -180,7 +180,7 @@ def limits_of_many(
     return limits if max_steps or long else (_SHORT, *limits)
 
 
-def is_maximum(metric: Metric) -> TypeGuard[str]:
+def is_maximum(metric: MetricLike) -> TypeGuard[str]:
     """Whether a metric is a maximum over the run."""
     return isinstance(metric, str) and metric in METRICS and METRICS[metric].greatest
 
@@ -200,7 +200,12 @@ def default_metrics(scene: Scene) -> tuple[str, ...]:
 
 
 def _integrate(
-    numbers: Array, *, like: Packing, job: Job, metrics: Sequence[Metric], lanes: int
+    numbers: Array,
+    *,
+    like: Packing,
+    job: Job,
+    metrics: Sequence[MetricLike],
+    lanes: int,
 ) -> Array:
     """Columns (names, runs) of a chunk, computed in groups of as many runs as lanes, up
     to the number of points."""

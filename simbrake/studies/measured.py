@@ -20,7 +20,7 @@ from ..outputs.quantities import (
     pair_column,
 )
 from ..parts.scene import Scene
-from ..runs.measure import Metric, check_metrics, name_of, unit_of
+from ..runs.measure import MetricLike, check_metrics, name_of, unit_of
 from ..runs.result import Result
 
 #: columns of counts or names, which have no derivative
@@ -60,7 +60,7 @@ class Single:
     """One measured number of the whole run, in SI units: the time of an event, or any
     other metric."""
 
-    metric: Metric
+    metric: MetricLike
     value: float
     sigma: float | None = None
     t: None = None
@@ -101,7 +101,7 @@ class Measured(Tabular):
         columns: Mapping[str, object] | None = None,
         *,
         sigma: Mapping[str, object] | None = None,
-        events: Mapping[Metric, float | tuple[float, float]] | None = None,
+        events: Mapping[MetricLike, float | tuple[float, float]] | None = None,
         known: Mapping[str, Any] | None = None,
     ) -> "Measured":
         """Data from arrays in SI units; NaN means not measured.
@@ -277,7 +277,7 @@ def points_of(name: str, t: np.ndarray, values: object, sigma: object) -> Points
     return Points(where[0], t, value, error, where[1])
 
 
-def _single(metric: Metric, value: float, sigma: float | None) -> Single:
+def _single(metric: MetricLike, value: float, sigma: float | None) -> Single:
     """A measured number. Raises `InputError` with what is wrong with it."""
     if not np.isfinite(value):
         what = f"{value} is not a measured value"
