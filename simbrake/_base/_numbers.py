@@ -161,6 +161,10 @@ class Reading(NamedTuple):
     def __call__(self, values: Any) -> Any:
         return self.factor * np.asarray(values) + self.offset
 
+    def axis(self, words: str, pure: str = "") -> str:
+        """Words of an axis with its unit, `pure` where it has none."""
+        return f"{words}, {self.name}" if self.name else words + pure
+
 
 #: SI unit → a size of brakes, by which axes of figures have their units
 _OF_BRAKES = {"N": 1e4, "N*m": 1e4, "J": 1e4, "W": 1e4, "Pa": 1e6, "kg": 1e4}

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Issues
-from .._base._numbers import reading
+from .._base._numbers import Reading, reading
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake
 from ..outputs.log import Event, plain_words
@@ -75,28 +75,19 @@ class Line(NamedTuple):
 
 
 class Chart(NamedTuple):
-    """Curves with one axis: `unit` for reading, of which
-    `SI = (value − offset)/factor`.
+    """Curves with one axis, and how that is read.
 
     `stepped`: whole numbers, drawn as steps
     """
 
     title: str
-    unit: str
-    lines: tuple[Line, ...]
-    factor: float = 1.0
-    offset: float = 0.0
+    lines: Sequence[Line]
+    read: Reading = Reading(1.0, 0.0, "–")
     stepped: bool = False
-
-    @classmethod
-    def of(cls, title: str, unit: str, lines: Sequence[Line]) -> "Chart":
-        """Curves of one quantity, by its SI unit."""
-        factor, offset, name = reading(unit)
-        return cls(title, name, tuple(lines), factor, offset)
 
     def values(self, series: Series) -> list[Any]:
         """The curves in the unit for reading."""
-        return [self.factor * line.find(series) + self.offset for line in self.lines]
+        return [self.read(line.find(series)) for line in self.lines]
 
     def as_dict(self) -> Data:
         """Its data for the script."""
@@ -106,7 +97,7 @@ class Chart(NamedTuple):
         ]
         return {
             "title": self.title,
-            "unit": self.unit,
+            "unit": self.read.name,
             "stepped": self.stepped,
             "lines": lines,
         }
@@ -139,9 +130,9 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     forces = "Tension of the band" if scene.brake.banded else "Forces"
     forces = ", ".join(filter(None, (forces, scene.brake.force_words)))
     charts = [
-        Chart.of("Speed", "rad/s", speed),
-        Chart.of("Torque", "N*m", torque),
-        Chart.of(forces, "N", force),
+        Chart("Speed", speed, reading("rad/s")),
+        Chart("Torque", torque, reading("N*m")),
+        Chart(forces, force, reading("N")),
     ]
     hot = {
         f"hottest {words.body if not scene.brake.banded else 'rim'}": (
@@ -156,24 +147,20 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
         for label, (column, colour) in hot.items()
         if getattr(s, column) is not None
     ]
-    charts += [Chart.of("Surface temperature", "K", lines)] if lines else []
+    charts += [Chart("Surface temperature", lines, reading("K"))] if lines else []
     if s.friction_coefficient is not None:
         low = Line(
             f"lowest of the {words.lining}s", BLUE, "friction_coefficient", "min"
         )
         high = Line("highest", SKY, "friction_coefficient", "max", dashed=True)
-        charts.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
+        charts.append(Chart("Coefficient of friction, sliding", (low, high)))
     if s.hook_position is not None:
         hook = scene.duty.load.words.hook
         travel = Line(f"{hook}, downwards", _BLACK, "hook_position")
-        charts.append(Chart.of(f"Travel of the {hook}", "m", [travel]))
+        charts.append(Chart(f"Travel of the {hook}", [travel], reading("m")))
     used = Line(f"{words.lining}s at their friction limit", ORANGE, "at_limit")
-    return [
-        *charts,
-        Chart(
-            f"At the limit, of {scene.brake.linings.count}", "–", (used,), stepped=True
-        ),
-    ]
+    title = f"At the limit, of {scene.brake.linings.count}"
+    return [*charts, Chart(title, [used], stepped=True)]
 
 
 def rounded(values: Any, digits: int = 7) -> Any:

@@ -153,8 +153,8 @@ def publish(
         "charts": [
             {
                 **chart.as_dict(),
-                "factor": chart.factor,
-                "offset": chart.offset,
+                "factor": chart.read.factor,
+                "offset": chart.read.offset,
                 "from": [[*places[line.column], line.most] for line in chart.lines],
             }
             for chart in charts

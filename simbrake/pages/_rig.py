@@ -66,7 +66,7 @@ def _of_ledger(book: Ledger) -> Contents:
         # without limits nothing can be exceeded, and nothing be good
         "verdict": {
             "colour": Colour.AMBER,
-            "headline": answer[0][:1].upper() + answer[0][1:],
+            "headline": upper(answer[0]),
             "rows": (),
             "reason": "",
         },

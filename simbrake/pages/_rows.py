@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._numbers import Number, digits, number, numbers, scale
+from .._base._numbers import Number, digits, number, numbers, reading
 from .._base._part import about_of, below, parts_below
 from .._base._table import Column, Table
 from ..loads import (
@@ -309,14 +309,11 @@ def _plain(value: object) -> str:
 
 def _points(profile: PiecewiseLinear | Repeated, unit: str) -> str:
     """`2 kN at 0 s, 24 kN at 0.35 s`, in one unit for all values."""
-    times = profile.times
     values = profile.values
-    factor, offset, name = scale(
-        unit, float(np.max(np.abs(values), initial=0.0)), absolute=unit == "K"
-    )
+    read = reading(unit, float(np.max(np.abs(values), initial=0.0)))
     shown = [
-        f"{digits(v * factor + offset, 5)} {name} at {digits(t, 5)} s"
-        for t, v in zip(times, values, strict=True)
+        f"{digits(v, 5)} {read.name} at {digits(t, 5)} s"
+        for t, v in zip(profile.times, read(values), strict=True)
     ]
     if len(shown) > 8:
         shown = [*shown[:4], f"… {len(shown) - 6} more …", *shown[-2:]]

@@ -20,7 +20,7 @@ from matplotlib.tri import Triangulation
 from scipy.interpolate import RegularGridInterpolator
 
 from .._base._faults import input_error
-from .._base._numbers import scale
+from .._base._numbers import Reading, reading
 from .._base._quantity import shown as about
 from ..outputs.judgement import Colour
 from ..outputs.log import Status
@@ -114,14 +114,14 @@ def compare(
             if column in run
         )
         top = max(float(np.nanmax(np.abs(y))) for y in curves.values())
-        factor, offset, read_in = scale(unit, top, absolute=True)
+        read = reading(unit, top)
         for i, name in enumerate(data):
             if name in curves:
                 look = {"color": CYCLE[i % len(CYCLE)], "ls": _DASHES[i % len(_DASHES)]}
                 label = name if axes is rows[0] else None
-                y = factor * curves[name] + offset
+                y = read(curves[name])
                 axes.plot(data[name]["time"].values, y, label=label, **look)
-        axes.set_ylabel(f"{words}, {read_in}")
+        axes.set_ylabel(f"{words}, {read.name}")
     marked = [
         event for i, run in enumerate(data.values()) for event in _mark(rows[0], run, i)
     ]
@@ -285,9 +285,9 @@ def sweep(
         values = data[metric].values.astype(float)
         good = np.isfinite(values) & ~failed
         blank |= not good.all()
-        factor, offset, y_unit = _scale(data, metric, values[good])
-        y = np.where(good, factor * values + offset, np.nan)
-        label = f"{metric_words(metric)}{y_unit}"
+        read = _reading(data, metric, values[good])
+        y = np.where(good, read(values), np.nan)
+        label = read.axis(metric_words(metric), _PURE)
         if plane:
             _contours(panels.flat[k], data, paths, y, label)
             continue
@@ -345,14 +345,14 @@ def _along(data: Dataset, path: str) -> tuple[Float[np.ndarray, " n"], str]:
     """Values of a parameter for reading, and its name in words with their unit; two of
     one name have their path."""
     values = data[path].values.astype(float)
-    factor, offset, unit = _scale(data, path, values)
+    read = _reading(data, path, values)
     alike = [
         name
         for name in data.coords
         if data[name].attrs.get("meaning") == data[path].attrs.get("meaning")
     ]
     words = str(data[path].attrs.get("meaning", path))
-    return factor * values + offset, f"{words if len(alike) == 1 else path}{unit}"
+    return read(values), read.axis(words if len(alike) == 1 else path, _PURE)
 
 
 _NOT_WITHIN = "a limit is exceeded, or the load is not stopped or held"
@@ -402,9 +402,8 @@ def permissible(
         value = data[metric].values.astype(float)
         margin = margin_to(limit, metric, value)
         margins.append(np.where(good & np.isfinite(value), margin, np.nan))
-        factor, offset, unit = _scale(data, metric, np.asarray([limit]))
-        unit = unit.replace(",", "").replace(" (–)", "")
-        most = f"{factor * limit + offset:.4g}{unit}"
+        read = _reading(data, metric, np.asarray([limit]))
+        most = f"{read(limit):.4g} {read.name}".rstrip()
         lines.append(
             f"{metric_words(metric)} {'≥' if is_least(metric) else '≤'} {most}"
         )
@@ -493,13 +492,14 @@ def _shown(data: Dataset, asked: str | Sequence[str] | None) -> list[str]:
     return varying
 
 
-def _scale(
-    data: Dataset, name: str, values: Float[np.ndarray, " n"]
-) -> tuple[float, float, str]:
-    """Factor, offset and unit after a comma for reading a metric or a parameter."""
+#: after the words of a pure number
+_PURE = " (–)"
+
+
+def _reading(data: Dataset, name: str, values: Float[np.ndarray, " n"]) -> Reading:
+    """How a metric or a parameter is read."""
     top = float(np.nanmax(np.abs(values), initial=0.0))
-    factor, offset, unit = scale(data[name].attrs.get("units", ""), top, absolute=True)
-    return factor, offset, f", {unit}" if unit and unit != "1" else " (–)"
+    return reading(data[name].attrs.get("units", ""), top)
 
 
 #: look of a curve between two points with different sequences of events

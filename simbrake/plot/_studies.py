@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .._base._faults import Fault, Issues
-from .._base._numbers import Reading, number, pretty, reading, scale
+from .._base._numbers import Reading, number, pretty, reading
 from ..outputs.metrics import is_least
 from ..runs.measure import MetricLike, name_of
 from ..runs.result import Result
@@ -85,7 +85,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, ax: Axes | None = None) 
         axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
         finish([axes])
         return axes
-    axes.set_xlabel(f"{name}{', ' * bool(shown.name)}{shown.name}")
+    axes.set_xlabel(shown.axis(name))
     axes.set_title(f"{name} {number(table.value, table.unit, count=4)}")
     handles = [
         Patch(color=BLUE, label="parameter at its lower bound"),
@@ -133,13 +133,11 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         if isinstance(values, Fault):
             faults.append(values)
             continue
-        factor, offset, name = scale(
-            part.unit, float(np.max(np.abs(part.value))), absolute=True
-        )
-        spread = None if part.sigma is None else factor * part.sigma
-        _dots(axes, part.t, factor * part.value + offset, spread, "measured")
-        axes.plot(s.t, factor * values + offset, color=BLUE, label="run")
-        axes.set_ylabel(_label(part, name))
+        read = reading(part.unit, float(np.max(np.abs(part.value))))
+        spread = None if part.sigma is None else read.factor * part.sigma
+        _dots(axes, part.t, read(part.value), spread, "measured")
+        axes.plot(s.t, read(values), color=BLUE, label="run")
+        axes.set_ylabel(read.axis(_words_of(part)))
     faults.report()
     panels[-1].set_xlabel("time, s")
     finish(panels)
@@ -157,10 +155,9 @@ def _dots(axes: Axes, t: Any, values: Any, spread: Any, label: str) -> None:
 _SYMBOLS = {"phi": "angle of the pulley", "omega": "speed of the pulley"}
 
 
-def _label(points: Points, unit: str) -> str:
-    """A measured column in words, and its unit."""
-    words = _SYMBOLS.get(points.column, points.name.replace("_", " "))
-    return f"{words}{', ' * bool(unit)}{unit}"
+def _words_of(points: Points) -> str:
+    """A measured column in words."""
+    return _SYMBOLS.get(points.column, points.name.replace("_", " "))
 
 
 @styled
@@ -205,15 +202,17 @@ def calibration(
     for (above, below), part, points in zip(
         axes.T[: len(columns)], columns, each.data.points, strict=True
     ):
-        shift = ZERO if part.unit == "K" else 0.0
+        # (in SI but for °C)
+        hot = part.unit == "K"
+        read = Reading(1.0, -ZERO * hot, "°C" if hot else pretty(part.unit))
         times = points.t
         for result, look, style in runs:
             s = dense_grid(result, float(times.min()), float(times.max()))
-            values = np.asarray(pick(result, s, points.column, points.entry)) - shift
-            above.plot(s.t, values, style, **look)
+            values = pick(result, s, points.column, points.entry)
+            above.plot(s.t, read(values), style, **look)
         label = r"measured $\pm\,\sigma$"
-        _dots(above, times, part.measured - shift, part.sigma, label)
-        above.set_ylabel(_label(points, "°C" if shift else pretty(part.unit)))
+        _dots(above, times, read(part.measured), part.sigma, label)
+        above.set_ylabel(read.axis(_words_of(points)))
         below.plot(times, part.scaled, ".", color=BLUE, ms=4)
         below.set_xlabel("time, s")
     if singles:
@@ -251,8 +250,7 @@ class _Sample(NamedTuple):
     """The values of a metric in good runs, in order, as they are shown."""
 
     x: Float[np.ndarray, " n"]
-    factor: float
-    offset: float
+    read: Reading
     label: str
 
 
@@ -261,9 +259,8 @@ def _sample(found: Uncertainty, name: str) -> _Sample:
     good = np.isfinite(values) & (np.asarray(found.data["code"]) == 0)
     x = np.sort(values[good])
     top = float(np.abs(x).max(initial=0.0))
-    factor, offset, unit = scale(found.statistics[name].unit, top, absolute=True)
-    suffix = f", {unit}" if unit else ""
-    return _Sample(x * factor + offset, factor, offset, f"{metric_words(name)}{suffix}")
+    read = reading(found.statistics[name].unit, top)
+    return _Sample(read(x), read, read.axis(metric_words(name)))
 
 
 def _draw_limit(axes: Axes, found: Uncertainty, name: str, sample: _Sample) -> None:
@@ -278,8 +275,7 @@ def _draw_limit(axes: Axes, found: Uncertainty, name: str, sample: _Sample) -> N
     words = (
         f"limit, exceeded with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"
     )
-    at = sample.factor * float(limit) + sample.offset
-    axes.axvline(at, color=VERMILLION, ls="--", label=words)
+    axes.axvline(sample.read(limit), color=VERMILLION, ls="--", label=words)
 
 
 @styled
@@ -326,10 +322,9 @@ def cumulative(
     n = len(sample.x)
     if n:
         axes.step(sample.x, 100 * np.arange(1, n + 1) / n, where="post", color=BLUE)
-    unit = sample.label.rpartition(", ")[2] if ", " in sample.label else ""
     interval = f"quantile, {100 * found.confidence:g} % interval"
     for p, estimate in found.statistics[name].quantiles.items():
-        at, low, high = (sample.factor * x + sample.offset for x in estimate)
+        at, low, high = sample.read(estimate)
         ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
         bounded = np.isfinite(ends).all()
         look = {"fmt": "o", "ms": 4, "capsize": 4, "color": ink()}
@@ -338,7 +333,9 @@ def cumulative(
         interval = None
         shift, side = ((-8, 5), "right") if p > 0.5 else ((8, -11), "left")
         place = {"xytext": shift, "textcoords": "offset points", "ha": side}
-        axes.annotate(f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), **place)
+        axes.annotate(
+            f"{100 * p:g} %: {at:.4g} {sample.read.name}", (at, 100 * p), **place
+        )
     _draw_limit(axes, found, name, sample)
     axes.set(xlabel=sample.label, ylabel="cumulative share, %")
     finish([axes])

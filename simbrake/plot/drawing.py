@@ -29,7 +29,7 @@ from ..outputs.log import Event
 from ..outputs.metrics import marks as known_marks
 from ..outputs.quantities import Series, fault_of_times
 from ..parts.scene import Scene
-from ..runs.measure import title_of
+from ..runs.findings import lower, title_of
 from ..runs.result import Result
 
 Times: TypeAlias = Float[np.ndarray, " t"]  # s
@@ -192,8 +192,7 @@ def _fill(figure: Figure, words: str) -> str:
 
 def metric_words(name: str) -> str:
     """A metric in words, within a line."""
-    words = title_of(name)
-    return words[:1].lower() + words[1:]
+    return lower(title_of(name))
 
 
 def sheet(
