@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
+from .._base._faults import input_error
 from .._base._progress import Progress
 from ..files.shipped_scenes import scene_file
 from . import _options as cli
@@ -47,12 +48,11 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
             facts = _examined()
         # for example, JAX finds no device of JAX_PLATFORMS
         except (ImportError, RuntimeError, AssertionError, sb.InputError) as error:
-            why = f"{type(error).__name__}: {error}".strip().splitlines()[0]
-            why = str(error.faults[0]) if isinstance(error, sb.InputError) else why
-            platforms = os.environ.get("JAX_PLATFORMS")
-            note = why + (
-                f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else ""
-            )
+            note = f"{type(error).__name__}: {error}".strip().splitlines()[0]
+            if isinstance(error, sb.InputError):
+                note = str(error.faults[0])
+            if platforms := os.environ.get("JAX_PLATFORMS"):
+                note += f" (JAX_PLATFORMS is {platforms}: try without it)"
             cli.tell(
                 f"{CANNOT}\n  {note}",
                 json_,
@@ -206,27 +206,18 @@ def _text(report: dict[str, Any]) -> str:
     cache = report["cache"]
     size = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB"
     memory = report["memory"]
+    versions = ", ".join(f"{name} {text}" for name, text in report["versions"].items())
+    ensembles = ", ".join(devices["ensembles"])
+    place = f"{cache['folder']} ({size})" if cache["folder"] else "not cached"
     lines = [
-        (
-            "versions",
-            ", ".join(
-                f"{name} {number}" for name, number in report["versions"].items()
-            ),
-        ),
-        ("", f"tested with JAX {report['tested_jax']}"),
-        ("precision", f"{'64' if report['x64'] else '32'} bits"),
-        ("devices", ", ".join(devices["all"])),
-        (
-            "",
-            f"single runs on {devices['single_runs']}, ensembles on "
-            f"{', '.join(devices['ensembles'])}",
-        ),
-        (
-            "programs",
-            f"{cache['folder']} ({size})" if cache["folder"] else "not cached",
-        ),
-        ("", f"in a process at most some {memory['megabytes']:g} MB"),
-        ("XLA_FLAGS", f"{report['xla_flags'] or 'not set'} (simbrake never sets it)"),
+        f"versions      {versions}",
+        f"              tested with JAX {report['tested_jax']}",
+        f"precision     {'64' if report['x64'] else '32'} bits",
+        f"devices       {', '.join(devices['all'])}",
+        f"              single runs on {devices['single_runs']}, ensembles on {ensembles}",
+        f"programs      {place}",
+        f"              in a process at most some {memory['megabytes']:g} MB",
+        f"XLA_FLAGS     {report['xla_flags'] or 'not set'} (simbrake never sets it)",
     ]
     if "timing" in report:
         t = report["timing"]
@@ -234,12 +225,10 @@ def _text(report: dict[str, Any]) -> str:
             f"compiling {t['compiling']:.2g} s, a warm run "
             f"{t['warm_run'] * 1e6:.3g} µs of processor time"
         )
-        lines.append(("timing", f"standard stop: {took}, error {t['error']:.1e}"))
+        lines.append(f"timing        standard stop: {took}, error {t['error']:.1e}")
     verdict = "simbrake can compute here." if report["ok"] else CANNOT
     notes = [f"  note: {note}" for note in report["notes"]]
-    return "\n".join(
-        [verdict, *notes, "", *(f"{name:<14}{text}" for name, text in lines)]
-    )
+    return "\n".join([verdict, *notes, "", *lines])
 
 
 def validate(
@@ -330,13 +319,8 @@ def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
         hint = (
             "python papers/reproduce.py in a checkout of the repository recomputes them"
         )
-        raise sb.InputError(
-            [
-                sb.Fault(
-                    "reproduce", "the papers' tables are not part of the package", hint
-                )
-            ]
-        )
+        what = "the papers' tables are not part of the package"
+        raise input_error("reproduce", what, hint)
     cli.prepare_jax()
     print("note: this command becomes: python papers/reproduce.py", file=sys.stderr)
     options = [

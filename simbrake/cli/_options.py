@@ -149,13 +149,10 @@ def opened(
     Raises one `InputError` with the errors of options, scene and parameters.
     """
     errors = Issues(faults)
-    if not 1e-15 < rtol < 0.1:
-        errors.add("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1")
+    errors.unless(1e-15 < rtol < 0.1, "--rtol", rtol, "0 < rtol < 0.1")
     for name, count in counts.items():
-        if count is not None and count < 1:
-            errors.add(
-                f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"
-            )
+        option = f"--{name.replace('_', '-')}"
+        errors.unless(count is None or count >= 1, option, count, "at least 1")
     errors += faults_of_place("--out", folder)
     if errors.attempt(scene_file, file) is None:
         raise InputError(errors)  # known before JAX is loaded
@@ -184,28 +181,19 @@ def file_in(out: Path, name: str) -> Path:
 def faults_of_file(file: Path | None, *endings: str) -> list[Fault]:
     """Error of the name of a file to be written; `endings`: allowed endings, any if
     none are given."""
+    faults = Issues()
     if file is None:
-        return []
+        return faults
     if file.is_dir():
-        return [Fault("--out", f"{file} is a folder", "give a file")]
-    if file.parent.exists() and not file.parent.is_dir():
-        return [
-            Fault(
-                "--out",
-                f"{file.parent} is a file",
-                "give a folder, or a name with an ending",
-            )
-        ]
-    if endings and file.suffix not in endings:
+        faults.add("--out", f"{file} is a folder", "give a file")
+    elif file.parent.exists() and not file.parent.is_dir():
+        hint = "give a folder, or a name with an ending"
+        faults.add("--out", f"{file.parent} is a file", hint)
+    elif endings and file.suffix not in endings:
+        kind = file.suffix or "a name without ending"
         hint = f"give {', '.join(endings[:-1])} or {endings[-1]}"
-        return [
-            Fault(
-                str(file),
-                f"{file.suffix or 'a name without ending'} is not a format of this file",
-                hint,
-            )
-        ]
-    return []
+        faults.add(str(file), f"{kind} is not a format of this file", hint)
+    return faults
 
 
 def assignments(

@@ -160,8 +160,9 @@ def report(
         "message": result.message,
         "written": str(out),
         "limits": limit_dicts(checks),
+        "verdict": verdict.as_dict(),
+        "accuracy": errors and errors.as_dict(),
     }
-    about |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
     with sb.results.display_units(units):
         lines = head_lines(result, checks)  # pyright: ignore
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
@@ -265,14 +266,11 @@ def export(
     json_
         Print {written} as JSON, alone on stdout.
     """
-    ask = (
-        []
-        if (c is None) != (fmu is None)
-        else [Fault("export", "writes one file", "give --c FILE.c or --fmu FILE.fmu")]
-    )
-    scene = cli.opened(
-        file, set_, faults=[*ask, *cli.faults_of_file(c), *cli.faults_of_file(fmu)]
-    )
+    faults = Issues()
+    if (c is None) == (fmu is None):
+        faults.add("export", "writes one file", "give --c FILE.c or --fmu FILE.fmu")
+    faults += [*cli.faults_of_file(c), *cli.faults_of_file(fmu)]
+    scene = cli.opened(file, set_, faults=faults)
     with Progress("export", "printing…"):
         if c:
             out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)  # pyright: ignore
@@ -315,21 +313,17 @@ def animate(
         Print {status, message, written} as JSON, alone on stdout.
     """
     faults = Issues(cli.faults_of_file(out, ".gif", ".html"))
-    if not 0 < duration <= 600:
-        faults.add("--duration", f"{duration} is out of range", "0…600 s")
-    if not 0 < fps <= 50:
-        faults.add("--fps", f"{fps} is out of range", "1…50 frames a second")
+    faults.unless(0 < duration <= 600, "--duration", duration, "0…600 s")
+    faults.unless(0 < fps <= 50, "--fps", fps, "1…50 frames a second")
     scene = cli.opened(file, set_, rtol, faults=faults)
     result = sb.simulate(scene, rtol=rtol, throw=False, progress=None)  # pyright: ignore
     if out.suffix.lower() == ".gif":
         sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
     else:
-        title = title_of(file)
         count = max(2, round(duration * fps))
-        with cli.whole_file(out) as page:
-            page.write_text(
-                sb.pages.film_page(result, title, count, duration, start, end), "utf-8"
-            )
+        page = sb.pages.film_page(result, title_of(file), count, duration, start, end)
+        with cli.whole_file(out) as place:
+            place.write_text(page, "utf-8")
     about = {"status": result.status, "message": result.message, "written": str(out)}
     cli.tell(f"written  {out}", json_, about)
     return cli.exit_code(result.ok)
@@ -723,16 +717,12 @@ def app(
     json_
         Print {address} as JSON as soon as the page is served, alone on stdout.
     """
-    faults = (
-        []
-        if 0 <= port < 65536
-        else [Fault("--port", f"{port} is out of range", "0…65535; 0: any free port")]
-    )
+    faults = Issues()
+    faults.unless(0 <= port < 65536, "--port", port, "0…65535; 0: any free port")
     scene = cli.opened(file, set_, rtol, faults=faults)
 
     limits = cli.limits_of(scene, limit)
-    title = title_of(file)
-    slider_app = sb.pages.App(scene, limits, title, rtol)  # pyright: ignore
+    slider_app = sb.pages.App(scene, limits, title_of(file), rtol)  # pyright: ignore
     with Progress("app", "compiling…"):
         sb.check_scene(scene)  # pyright: ignore
         slider_app.warm()

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, Issues, faults_of_place
+from .._base._faults import Issues, faults_of_place
 from .._base._progress import Progress
 from ..files.shipped_scenes import scene_file
 from . import _options as cli
@@ -46,15 +46,8 @@ def sensitivity(
         Half-width of the range of each parameter, relative to its value: the scene is
         run at both bounds; 0: no ranges.
     """
-    faults = (
-        []
-        if 0 <= span < 1
-        else [
-            Fault(
-                "--span", f"{span} is out of range", "0 ≤ span < 1, of each parameter"
-            )
-        ]
-    )
+    faults = Issues()
+    faults.unless(0 <= span < 1, "--span", span, "0 ≤ span < 1, of each parameter")
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     tables = sb.sensitivity(
         scene,

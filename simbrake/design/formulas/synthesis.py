@@ -931,10 +931,8 @@ def synthesize(
     permissible = permissible or Permissible()
     scene = run.scene if isinstance(run, Result) else run
     wrong = faults_of_synthesis(scene, data, permissible)
-    if not 0 < tolerance < math.inf:
-        wrong.add("tolerance", f"{tolerance} is out of range", "must be > 0 K")
-    if rounds < 1:
-        wrong.add("rounds", f"{rounds} is out of range", "at least 1")
+    wrong.unless(0 < tolerance < math.inf, "tolerance", tolerance, "must be > 0 K")
+    wrong.unless(rounds >= 1, "rounds", rounds, "at least 1")
     wrong.report()
     before, about = braking_of(run, data)
     if before.run is not None and before.several:
