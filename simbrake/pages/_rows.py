@@ -2,6 +2,7 @@
 energies, parts, duty."""
 
 import dataclasses
+import functools
 import itertools
 import math
 import re
@@ -307,6 +308,9 @@ def _plain(value: object) -> str:
     )
 
 
+_five = functools.partial(number, count=5)
+
+
 def _points(profile: PiecewiseLinear | Repeated, unit: str) -> str:
     """`2 kN at 0 s, 24 kN at 0.35 s`, in one unit for all values."""
     values = profile.values
@@ -333,31 +337,28 @@ def profile_words(profile: AbstractProfile | Phases, unit: str) -> str:
             ]
             return f"{profile.count} cycles of phases; " + "; ".join(each)
         case Constant():
-            return f"{number(profile.level, unit, count=5)} at all times"
+            return f"{_five(profile.level, unit)} at all times"
         case PiecewiseLinear():
             return f"straight lines through {_points(profile, unit)}; constant before and after"
         case Repeated():
-            begin = (
-                ""
-                if float(profile.begin) == 0.0
-                else f" from {number(profile.begin, 's')} on"
-            )
-            cycles = (
-                f"{profile.count} cycles of {number(profile.period, 's')} each{begin}"
-            )
-            return f"{cycles}, in each straight lines through {_points(profile, unit)}"
+            words = f"{profile.count} cycles of {number(profile.period, 's')} each"
+            if profile.begin:
+                words += f" from {number(profile.begin, 's')} on"
+            return f"{words}, in each straight lines through {_points(profile, unit)}"
         case SpeedHold():
-            return f"as required to hold the speed, at most {number(profile.limit, unit, count=5)}"
+            return (
+                f"as required to hold the speed, at most {_five(profile.limit, unit)}"
+            )
         case Driller():
             speeds = _points(profile.speed, "rad/s")
             return (
                 f"as required for a speed of {speeds}, at most "
-                f"{number(profile.limit, unit, count=5)}"
+                f"{_five(profile.limit, unit)}"
             )
         case ExponentialRise():
             rise = (
                 f"rises from 0 at {number(profile.begin, 's')} towards "
-                f"{number(profile.level, unit, count=5)}"
+                f"{_five(profile.level, unit)}"
             )
             return f"{rise} with the time constant {number(profile.time_constant, 's')}"
         case FunctionProfile():
@@ -365,34 +366,20 @@ def profile_words(profile: AbstractProfile | Phases, unit: str) -> str:
             corners = f", with {knots} corners or jumps" if knots else ""
             return f"a user-defined function, {_plain(profile.function)}{corners}"
         case Lever():
-            force = profile_words(profile.force, "N")
             return (
-                f"a force on the lever, times {digits(float(profile.gain), 5)} "
-                f"(efficiency · arm/slack arm): {force}"
+                f"a force on the lever, times {digits(profile.gain, 5)} (efficiency · "
+                f"arm/slack arm): {profile_words(profile.force, 'N')}"
             )
         case Cylinder():
-            area = number(profile.piston_area, "m^2", count=5)
-            gain = digits(float(profile.gain), 5)
-            spring = (
-                f" less {number(profile.spring, 'N', count=5)} of a spring"
-                if float(profile.spring)
-                else ""
-            )
-            late = (
-                f", {number(profile.dead_time, 's')} later"
-                if float(profile.dead_time)
-                else ""
-            )
-            late += (
-                ""
-                if profile.lag is None
-                else f", with a lag of {number(profile.lag, 's')}"
-            )
-            pressure = profile_words(profile.pressure, "Pa")
-            return (
-                f"a gauge pressure on {area}{spring}, times {gain} (efficiency · "
-                f"ratio){late}: {pressure}"
-            )
+            words = f"a gauge pressure on {_five(profile.piston_area, 'm^2')}"
+            if profile.spring:
+                words += f" less {_five(profile.spring, 'N')} of a spring"
+            words += f", times {digits(profile.gain, 5)} (efficiency · ratio)"
+            if profile.dead_time:
+                words += f", {number(profile.dead_time, 's')} later"
+            if profile.lag is not None:
+                words += f", with a lag of {number(profile.lag, 's')}"
+            return f"{words}: {profile_words(profile.pressure, 'Pa')}"
     return f"{type(profile).__name__}: {_said_of(profile)}"
 
 
@@ -402,24 +389,24 @@ def load_words(load: AbstractLoad) -> str:
         case TorqueLoad():
             words = f"a torque on the shaft, {profile_words(load.profile, 'N*m')}"
         case HookLoad():
-            torque = number(load.mass * load.gravity * load.travel(), "N*m", count=5)
+            torque = _five(load.mass * load.gravity * load.travel(), "N*m")
             end = "line" if load.words.hook == "load" else "hook"
             words = (
-                f"{number(load.mass, 'kg', count=5)} on the {end}, {_tackle(load)}: "
+                f"{_five(load.mass, 'kg')} on the {end}, {_tackle(load)}: "
                 f"{torque} on the shaft"
             )
         case TrippingLoad():
             words = (
-                f"trip in {load.count} stands of {number(load.stand, 'kg', count=5)}, one every "
-                f"{number(load.period, 's')}: {number(load.empty, 'kg', count=5)} of "
+                f"trip in {load.count} stands of {_five(load.stand, 'kg')}, one every "
+                f"{number(load.period, 's')}: {_five(load.empty, 'kg')} of "
                 "hook and block, and from "
                 f"{number(load.taken, 's')} to {number(load.set, 's')} of each cycle "
                 "the string, initially "
-                f"{number(load.string, 'kg', count=5)}; {_tackle(load)}"
+                f"{_five(load.string, 'kg')}; {_tackle(load)}"
             )
         case StringLoad():
             string, stand, empty = (
-                number(m, "kg", count=5) for m in (load.string, load.stand, load.empty)
+                _five(m, "kg") for m in (load.string, load.stand, load.empty)
             )
             hook = f"on a hook of {empty} or in the slips; {_tackle(load)}"
             words = (
@@ -427,30 +414,22 @@ def load_words(load: AbstractLoad) -> str:
             )
         case _:
             return f"{type(load).__name__}: {_said_of(load)}"
-    return words + (
-        f"; drag {number(load.drag, 'N*m*s', count=5)} against the motion"
-        if float(load.drag)
-        else ""
-    )
+    drag = f"; drag {_five(load.drag, 'N*m*s')} against the motion"
+    return words + (drag if load.drag else "")
 
 
 def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
-    count = digits(float(load.line_count), 5)
+    count = digits(load.line_count, 5)
     lines = "line" if count == "1" else "lines"
-    radius = number(load.drum_radius, "m", count=5)
-    layers = (
-        ""
-        if load.rope is None
-        else f" in the first layer, {digits(float(load.rope.turns), 5)} turns on the drum"
+    words = (
+        f"{count} {lines} strung, rope at {_five(load.drum_radius, 'm')} from the shaft"
     )
-    k = (
-        ""
-        if load.elasticity is None
-        else number(load.elasticity.at_hook(load.line_count), "N/m", count=5)
-    )
-    return f"{count} {lines} strung, rope at {radius} from the shaft{layers}" + (
-        f", {k} at the hook" if k else ""
-    )
+    if load.rope is not None:
+        words += f" in the first layer, {digits(load.rope.turns, 5)} turns on the drum"
+    if load.elasticity is not None:
+        k = _five(load.elasticity.at_hook(load.line_count), "N/m")
+        words += f", {k} at the hook"
+    return words
 
 
 def duty_words(scene: Scene) -> list[tuple[str, str]]:

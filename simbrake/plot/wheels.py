@@ -125,6 +125,14 @@ def spot(radius: float | Array, angle: float | Array) -> Float[np.ndarray, "... 
     )
 
 
+def _sector(
+    axes: Axes, outer: float, inner: float, ends: Any = (0.0, 2 * math.pi), **look: Any
+) -> None:
+    """A part of a ring between two angles (rad), by default all of it."""
+    angles = np.degrees(np.sort(ends))
+    axes.add_patch(Wedge((0, 0), outer, *angles, width=outer - inner, **look))
+
+
 def _step(angles: Ends) -> int:
     """Of how many linings one has its numbers, so that they stay readable."""
     return -(-len(angles) // 30)
@@ -133,12 +141,12 @@ def _step(angles: Ends) -> int:
 def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> None:
     """The rim, and on it a ring of linings for each friction pair, that under the band
     outermost, by stick and slip."""
-    axes.add_patch(Wedge((0, 0), RIM, 0, 360, width=0.06, color="0.6", zorder=1))
+    _sector(axes, RIM, RIM - 0.06, color="0.6", zorder=1)
     radii = np.linspace(*LINING, len(contacts) + 1)[::-1]
     for (pair, states), outer, inner in zip(
         contacts.items(), radii, radii[1:], strict=False
     ):
-        for (begin, end), state in zip(np.degrees(angles), states, strict=True):
+        for ends, state in zip(angles, states, strict=True):
             look: dict[str, Any] = {
                 "fc": CONTACT_COLOURS[state],
                 "ec": "white",
@@ -146,9 +154,7 @@ def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> No
                 "gid": pair,
                 "zorder": 2,
             }
-            axes.add_patch(
-                Wedge((0, 0), outer, end, begin, width=outer - inner, **look)
-            )
+            _sector(axes, outer, inner, ends, **look)
 
 
 #: half of the width of a label of an end of the band, with some white
@@ -195,17 +201,8 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     if turns:
         low = -50.0
         high = 230.0
-        axes.add_patch(
-            Arc(
-                (0, 0),
-                2 * radius,
-                2 * radius,
-                theta1=low,
-                theta2=high,
-                color=ink(),
-                lw=1.4,
-            )
-        )
+        look = {"theta1": low, "theta2": high, "color": ink(), "lw": 1.4}
+        axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, **look))
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
@@ -339,9 +336,8 @@ def draw_moment(
         ),
     ]
     if len(contacts) > 1:
-        handles.append(
-            Patch(fill=False, ec=GREY, label=f"load of a lining on the rim, {unit}")
-        )
+        label = f"load of a lining on the rim, {unit}"
+        handles.append(Patch(fill=False, ec=GREY, label=label))
     name_marks(figure, [*handles, *_contact_legend(contacts)], rule="\n".join(rules))
 
 
@@ -462,11 +458,8 @@ def _rings(
     """Arcs of a scale with their values; returns the value at its far end."""
     unit = reading("N").name
     top = top if top > 0 else 1.0
-    ticks = [
-        x
-        for x in MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, top)
-        if 0 <= x <= top * 1.0001
-    ]
+    ticks = MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, top)
+    ticks = ticks[(ticks >= 0) & (ticks <= top * 1.0001)]
     turn = np.linspace(angles[0, 0], angles[-1, 1], 300)
     for value in ticks:
         radius = scale[0] + scale[1] * value / top
@@ -474,11 +467,8 @@ def _rings(
         # outside of the wrap, at its slack end, where the curve is low
         x, y = spot(radius, turn[0] + 0.05 / radius)
         # the outermost
-        words = (
-            f"{value:g} {unit}"
-            if value == (ticks[0] if scale[1] < 0 else ticks[-1])
-            else f"{value:g}"
-        )
+        last = value == (ticks[0] if scale[1] < 0 else ticks[-1])
+        words = f"{value:g} {unit}" if last else f"{value:g}"
         place = {"ha": "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
         axes.text(x, y, words, color=GREY, rotation_mode="anchor", gid=gid, **place)
     return top
@@ -494,8 +484,6 @@ def _radial(
     place: dict[str, Any] = {
         "ha": "left" if outwards != flipped else "right",
         "va": "center",
-    }
-    place |= {
         "rotation": degrees - 180 if flipped else degrees,
         "rotation_mode": "anchor",
     }
@@ -540,26 +528,18 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) ->
     outlines those of the others."""
     top = _rings(axes, most, 2, _LOAD, angles, "load scale")
     step = _step(angles)
-    for i, (begin, end) in enumerate(np.degrees(angles)):
+    for i, (begin, end) in enumerate(angles):
         middle = (begin + end) / 2
-        width = 0.36 * (begin - end)
+        half = 0.36 * (end - begin)
         for k, load in enumerate(loads):
-            depth = -_LOAD[1] * load[i] / top
-            axes.add_patch(
-                Wedge(
-                    (0, 0),
-                    _LOAD[0],
-                    middle - width,
-                    middle + width,
-                    width=depth,
-                    **_BARS[min(k, 1)],
-                )
-            )
+            inner = _LOAD[0] + _LOAD[1] * load[i] / top
+            bar = (middle - half, middle + half)
+            _sector(axes, _LOAD[0], inner, bar, **_BARS[min(k, 1)])
         if i % step == 0:
             _radial(
                 axes,
                 0.92,
-                math.radians(middle),
+                middle,
                 f"{loads[0][i]:.3g}",
                 outwards=False,
                 gid="N",
@@ -653,35 +633,15 @@ def _disc(
     inner = float(pads.inner_radius)
     outer = float(pads.outer_radius)
     edge = 1.06 * outer
-    wheel.add_patch(
-        Wedge((0, 0), edge, 0, 360, width=edge - 0.9 * inner, color="0.85", zorder=1)
-    )
+    _sector(wheel, edge, 0.9 * inner, color="0.85", zorder=1)
     for i, ends in enumerate(pressed_angles(brake)[::2]):
-        pad = Wedge(
-            (0, 0),
-            outer,
-            *np.degrees(ends),
-            width=outer - inner,
-            fc=colours[2 * i],
-            ec=GREY,
-            gid="pad",
-            zorder=2,
-        )
-        wheel.add_patch(pad)
+        look = {"fc": colours[2 * i], "ec": GREY, "gid": "pad", "zorder": 2}
+        _sector(wheel, outer, inner, ends, **look)
         x, y = spot(0.5 * (inner + outer), ends.mean())
         words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
         wheel.text(x, y, words, ha="center", va="center", zorder=3)
-    wheel.add_patch(
-        Circle(
-            (0, 0),
-            float(brake.radius),
-            fill=False,
-            ec=BLUE,
-            ls="--",
-            lw=1.0,
-            zorder=1.5,
-        )
-    )
+    look = {"fill": False, "ec": BLUE, "ls": "--", "lw": 1.0, "zorder": 1.5}
+    wheel.add_patch(Circle((0, 0), float(brake.radius), **look))
     radius = np.linspace(inner, outer, 100)
     highest = float(pads.greatest_pressure(normal.max()))
     length = reading("m", 0.01)
@@ -705,26 +665,14 @@ def _drum(
     r = float(shoes.radius)
     start = float(shoes.start)
     end = float(shoes.end)
-    wheel.add_patch(
-        Wedge((0, 0), 1.08 * r, 0, 360, width=0.06 * r, color="0.75", zorder=1)
-    )
+    _sector(wheel, 1.08 * r, 1.02 * r, color="0.75", zorder=1)
     theta = np.linspace(start, end, 200)
     pressures = [float(brake.greatest_pressure(N)) for N in normal]
     highest = math.sin(min(max(0.5 * math.pi, start), end))
     each = zip(pressures, SIDES, PINS, pressed_angles(brake), strict=True)
     for i, (pressure, side, pin, ends) in enumerate(each):
-        wheel.add_patch(
-            Wedge(
-                (0, 0),
-                1.02 * r,
-                *np.degrees(ends),
-                width=0.1 * r,
-                fc=colours[i],
-                ec=GREY,
-                gid="shoe",
-                zorder=2,
-            )
-        )
+        look = {"fc": colours[i], "ec": GREY, "gid": "shoe", "zorder": 2}
+        _sector(wheel, 1.02 * r, 0.92 * r, ends, **look)
         wheel.plot(
             *spot(float(brake.pin), pin),
             marker="o",
