@@ -221,14 +221,13 @@ def stop_rows(
     yield EstimateRow(
         "tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols
     )
-    torque = run and run.torque.max()
     yield EstimateRow(
         "brake torque",
         f"M_b = {n_r(b)}R_b T_0 (Π − 1)",
         M_b,
         "N*m",
         "Z-17",
-        torque,
+        run and run.torque.max(),
         LEVER,
         (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)),
     )
@@ -299,11 +298,10 @@ def power_rows(b: Braking) -> Iterator[EstimateRow]:
     yield share("work into heat", "heat", "heat")
     yield share("electrical work", "electricity", "electrical")
     if b.stop is not None:
-        heat = shares_of_S().split(b.stop.power).heat
         yield EstimateRow(
             "heat power at the start, S-10",
             "0.68 M_b ω_0",
-            heat,
+            shares_of_S().split(b.stop.power).heat,
             "W",
             "S-10, one reading",
             numbers=numbers(M_b=b.stop.torque, ω_0=b.omega),
@@ -351,8 +349,13 @@ def stage_rows(b: Braking) -> Iterator[EstimateRow]:
     ) -> EstimateRow:
         return EstimateRow(name, formula, value, unit, source, simulated, _STAGED)
 
-    ratio = "Π = ∏ (1 + f z)/(1 − f z), band on linings"
-    yield EstimateRow("tension ratio", ratio, stages.ratio, "1", "Z-12…14")
+    yield EstimateRow(
+        "tension ratio",
+        "Π = ∏ (1 + f z)/(1 − f z), band on linings",
+        stages.ratio,
+        "1",
+        "Z-12…14",
+    )
     yield onset
     torque = external and external.torque.max()
     yield row(
@@ -526,11 +529,10 @@ def operation_rows(b: Braking) -> Iterator[EstimateRow]:
         why,
         numbers(W=work, A_l=area),
     )
-    power = work / (area * time)
     yield EstimateRow(
         "power load of the linings, mean",
         "W/(A_l τ)",
-        power,
+        work / (area * time),
         "W/m^2",
         "S-7",
         run and b.work / (area * b.time),
@@ -586,11 +588,10 @@ def partition_rows(b: Braking) -> list[EstimateRow]:
     """Heat partition coefficient of the metal by two laws."""
     name = "heat partition coefficient"
     simulated = b.simulated_share
-    share = b.effusivity_share
     charron = EstimateRow(
         f"{name}, {b.part}, effusivities",
         "e_1/(e_1 + e_2)",
-        share,
+        b.effusivity_share,
         "1",
         "Charron",
         simulated,
@@ -713,16 +714,18 @@ def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
     yield from maximum_rows(b)
     if b.run_schmidt is None:
         course = heating.schmidt(b.metal, b.metal_thickness, 40, time, b.flux, start=T)
-        end = np.interp(time, course.t, course.temperature[:, 0])
         yield EstimateRow(
-            f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28"
+            f"{name}, Schmidt",
+            "½ (t_{j−1} + t_{j+1}), constant flux",
+            np.interp(time, course.t, course.temperature[:, 0]),
+            "K",
+            "S-28",
         )
     else:
-        peak = np.max(b.run_schmidt.temperature[:, 0])
         yield EstimateRow(
             f"{name}, Schmidt",
             "½ (t_{j−1} + t_{j+1}), the run's own heat",
-            peak,
+            np.max(b.run_schmidt.temperature[:, 0]),
             "K",
             "S-28",
             b.peak,
@@ -732,11 +735,10 @@ def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
 
 def falling_row(b: Braking) -> EstimateRow:
     """Surface of a half-space under a flux that falls linearly."""
-    value = b.start_now + b.falling_rise
     return EstimateRow(
         "surface temperature, falling flux",
         "half-space, q_0 (1 − t/τ), t = τ/2",
-        value,
+        b.start_now + b.falling_rise,
         "K",
         "Carslaw & Jaeger §2.9",
         b.peak,
@@ -804,8 +806,13 @@ def contact_rows(b: Braking) -> Iterator[EstimateRow]:
     """Real contact, surfaces, and flow through the rim."""
     yield pressure_row(b)
     if b.pressure is not None:
-        area = real_contact_area(b.face_area, b.pressure, b.hardness)
-        yield EstimateRow("real contact area", "A_a p/HB", area, "m^2", "S-34")
+        yield EstimateRow(
+            "real contact area",
+            "A_a p/HB",
+            real_contact_area(b.face_area, b.pressure, b.hardness),
+            "m^2",
+            "S-34",
+        )
     drop = b.layered and b.layered.drop
     thickness = b.rim_thickness
     conductivity = b.rim.conductivity
@@ -819,11 +826,10 @@ def contact_rows(b: Braking) -> Iterator[EstimateRow]:
             "W/(m^2*K)",
             "S-37, 38",
         )
-        stationary = b.flux * thickness / conductivity
         yield EstimateRow(
             "drop over the rim, stationary flux",
             "q δ/λ",
-            stationary,
+            b.flux * thickness / conductivity,
             "K",
             "S-23",
             drop,
@@ -831,8 +837,13 @@ def contact_rows(b: Braking) -> Iterator[EstimateRow]:
             "flux varies over the depth",
         )
     if drop is not None:
-        flux = current_density(conductivity, drop, thickness)
-        yield EstimateRow("flux by the maximum drop", "λ ΔT/δ", flux, "W/m^2", "S-23")
+        yield EstimateRow(
+            "flux by the maximum drop",
+            "λ ΔT/δ",
+            current_density(conductivity, drop, thickness),
+            "W/m^2",
+            "S-23",
+        )
 
 
 def balance_rows(b: Braking) -> list[EstimateRow]:
@@ -846,11 +857,10 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
     T = b.start_now
     T_a = b.ambient
     omega = b.mean_omega
-    coefficient = h + b.radiation
     balance = heating.heat_balance(
         q_1,
         overlap=kappa,
-        coefficient=coefficient,
+        coefficient=h + b.radiation,
         surface=T,
         ambient=T_a,
         omega=omega,
@@ -862,7 +872,6 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
     covered = numbers(A_l=b.face_area, A_a=area)
     gained = numbers(q_1=q_1, A_a=area, κ=kappa)
     turns = numbers(n=4, ω=omega)
-    lost = "h (T − T_a) A_a (1 − κ) τ"
     return [
         EstimateRow(
             "overlap coefficient", "κ = ΣA_l/A_a", kappa, "1", "S-21", numbers=covered
@@ -884,7 +893,12 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
             numbers=gained,
         ),
         EstimateRow(
-            "heat rejected in it", lost, balance.lost, "J", "S-19", numbers=air
+            "heat rejected in it",
+            "h (T − T_a) A_a (1 − κ) τ",
+            balance.lost,
+            "J",
+            "S-19",
+            numbers=air,
         ),
         EstimateRow(
             "mean net flux", formula, balance.mean_flux, "W/m^2", "S-21", numbers=mean
@@ -913,11 +927,10 @@ def stress_rows(b: Braking) -> Iterator[EstimateRow]:
     )
     depth = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
     rise = np.asarray(heating.slab_rise(b.flux, b.time, b.rim_thickness, b.rim, depth))
-    bent = plate_stress(rise, depth, b.elastic, restraint="none")[0]
     yield EstimateRow(
         f"{name}, free to bend",
         "plate without restraint",
-        bent,
+        plate_stress(rise, depth, b.elastic, restraint="none")[0],
         "Pa",
         "Timoshenko & Goodier §132",
         numbers=symbols,
@@ -932,9 +945,14 @@ def stress_rows(b: Braking) -> Iterator[EstimateRow]:
         _STRESS,
         numbers(σ_p=permissible),
     )
-    end = b.layered and b.layered.duration
     yield EstimateRow(
-        "time of maximum stress", "at the end: τ", end, "s", "", time, _STRESS
+        "time of maximum stress",
+        "at the end: τ",
+        b.layered and b.layered.duration,
+        "s",
+        "",
+        time,
+        _STRESS,
     )
 
 

@@ -392,9 +392,8 @@ def _properties(c: Chain) -> Iterator[EstimateRow]:
                 simulated = property_at(
                     part.course.wall.material, field, part.simulated_bulk
                 )
-            words_of = f"{field.replace('_', ' ')}, {name}"
             yield EstimateRow(
-                words_of,
+                f"{field.replace('_', ' ')}, {name}",
                 words,
                 value,
                 unit,
@@ -423,11 +422,10 @@ def _repeated(c: Chain) -> Iterator[EstimateRow]:
         _fourier_number(part) for part in parts
     ]
     yield from _refined([*reached, *(rows.part_rows(part)[3] for part in parts)])
-    share = c.last["rim"].share
     yield EstimateRow(
         name,
         _law_words(c),
-        share,
+        c.last["rim"].share,
         "1",
         "S, step 7",
         c.before.simulated_share,
@@ -469,9 +467,15 @@ def _layers(c: Chain) -> Iterator[EstimateRow]:
         if run is not None:
             simulated = np.interp(x, run.profile_depth, run.profile[-1])
         at = (Number("x", float(x), "m"),)
-        value = np.interp(x, course.depth, end)
         yield EstimateRow(
-            f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at
+            f"rim at the end, {place}",
+            words,
+            np.interp(x, course.depth, end),
+            "K",
+            "S-28",
+            simulated,
+            SCHEME,
+            at,
         )
     drop = np.max(course.temperature[:, 0] - course.temperature[:, -1])
     simulated = run and run.drop
@@ -681,11 +685,10 @@ def _stress(c: Chain) -> Iterator[EstimateRow]:
     why = "the power is not that of a linear fall, and the covered track takes more than the mean"
     yield from rows.stress_rows(b)
     conductivity = b.rim.conductivity
-    gradient = b.initial_flux / conductivity
     yield EstimateRow(
         "maximum gradient at the face",
         "2 q/λ: initially falling power",
-        gradient,
+        b.initial_flux / conductivity,
         "K/m",
         "S-23",
         b.layered and b.layered.gradient,
