@@ -725,20 +725,15 @@ class Series(NamedTuple):
         return self.friction_heat + self.electrical_work + self.mechanical_work
 
     def _table(self) -> Table:
-        columns = columns_by_name(self, pairs=False).items()
-        rows = [
-            (
-                name,
-                range_text(x, SERIES_COLUMNS[name].unit),
-                SERIES_COLUMNS[name].meaning,
-            )
-            for name, x in columns
+        columns = [
+            (name, getattr(self, name), about.unit, about.meaning)
+            for name, about in SERIES_COLUMNS.items()
         ]
         pairs = ""
         if len(self.pairs) > 1:
             first = next(iter(self.pairs))
             pairs = f"; pairs {', '.join(self.pairs)}, as pairs[{first!r}]"
-        return rows_table(rows, f"Series at {np.shape(self.t)[0]} times{pairs}")
+        return ranges(columns, f"Series at {np.shape(self.t)[0]} times{pairs}")
 
     def __repr__(self) -> str:
         return str(self._table())
@@ -747,7 +742,18 @@ class Series(NamedTuple):
         return self._table()._repr_html_()
 
 
-def range_text(values: Any, unit: str) -> str:
+def ranges(columns: Iterable[tuple[str, Any, str, str]], title: str) -> Table:
+    """Names, ranges and meanings of columns, of which name, values, unit and meaning
+    are given; those without values are left out."""
+    rows = [
+        (name, _range(values, unit), meaning)
+        for name, values, unit, meaning in columns
+        if values is not None
+    ]
+    return rows_table(rows, title)
+
+
+def _range(values: Any, unit: str) -> str:
     """Range of a column with its unit, and the shape of its values at each time."""
     if isinstance(values, Tracer | tuple):
         return value_text(values)

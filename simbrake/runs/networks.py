@@ -25,7 +25,7 @@ from .._base._part import (
 )
 from .._base._quantity import faults_of_tolerance
 from .._base._store import MEMORY
-from .._base._table import Table, rows_table
+from .._base._table import Table
 from ..hybrid import (
     QUADRATURE,
     AbstractHybridSystem,
@@ -37,7 +37,7 @@ from ..hybrid import (
 from ..hybrid.arrays import Array, NumberOrArray, VectorM
 from ..hybrid.struct import with_fields
 from ..outputs.metrics import closure_of
-from ..outputs.quantities import array_of_times, range_text
+from ..outputs.quantities import array_of_times, ranges
 from ..parts.at_start import remembering_at_start
 from ..parts.scene import Scene
 from ..physics._brake import course_of_profile
@@ -222,18 +222,14 @@ class HeatResult(NamedTuple):
 
     def _table(self) -> Table:
         nodes = node_names(self.record.system.thermal.heat)  # pyright: ignore
-        heats = {"lost": self.lost, "supplied": self.supplied, "coolant": self.coolant}
-        rows = [("t", range_text(self.t, "s"), "time")]
-        rows += [
-            (f"temperature[:, {i}]", range_text(self.temperature[..., i], "K"), name)
+        columns: list[Any] = [("t", self.t, "s", "time")]
+        columns += [
+            (f"temperature[:, {i}]", self.temperature[..., i], "K", name)
             for i, name in enumerate(nodes)
         ]
-        rows += [
-            (name, range_text(heat, "J"), "heat")
-            for name, heat in heats.items()
-            if heat is not None
-        ]
-        return rows_table(rows, f"Network at {np.shape(self.t)[-1]} times")
+        heats = ("lost", "supplied", "coolant")
+        columns += [(name, getattr(self, name), "J", "heat") for name in heats]
+        return ranges(columns, f"Network at {np.shape(self.t)[-1]} times")
 
     def __repr__(self) -> str:
         return str(self._table())
