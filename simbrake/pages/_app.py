@@ -73,14 +73,15 @@ def slider_of(
     factor, offset, unit = scale(
         about.unit, max(abs(low), abs(high)), absolute=not about.difference
     )
-    reading = {"factor": factor, "offset": offset, "unit": unit or "–"}
     return {
         "path": path,
         "meaning": about.meaning,
         "value": value,
         "low": low,
         "high": high,
-        **reading,
+        "factor": factor,
+        "offset": offset,
+        "unit": unit or "–",
     }
 
 
@@ -133,26 +134,15 @@ def sliders(scene: Scene) -> list[Data]:
     for leaf in leaves(scene):
         if leaf.path in absent:
             continue
-        first = next(
-            (
-                name
-                for end, name in _FIRST.items()
-                if f".{leaf.path}".endswith(f".{end}")
-            ),
-            None,
-        )
-        first = (
-            first
-            if leaf.path.startswith(("duty.load", "initial", "brake.linings"))
-            else None
-        )
+        first: Data = {}
+        if leaf.path.startswith(("duty.load", "initial", "brake.linings")):
+            for end, name in _FIRST.items():
+                if f".{leaf.path}".endswith(f".{end}"):
+                    first = {"group": _GROUP, "name": name}
         for path, value in _numbers(leaf):
             group = leaf.path.rpartition(".")[0] or "scene"
-            control = {
-                **slider_of(path, value, leaf.about),
-                "group": group if first is None else _GROUP,
-            }
-            controls.append(control | ({"name": first} if first else {}))
+            control = slider_of(path, value, leaf.about) | {"group": group}
+            controls.append(control | first)
             if (
                 leaf.path.startswith(force)
                 and leaf.about.unit in ("N", "Pa")
@@ -163,23 +153,19 @@ def sliders(scene: Scene) -> list[Data]:
         pull = max(pulls, key=lambda control: control["value"])
         lever = scene.duty.lever
         band = scene.duty.lever_field == "slack_tension"
-        what = (
-            "Pull of the hand"
-            if isinstance(lever, Lever)
-            else "Tension of the slack end"
-            if band
-            else "Force"
-        )
-        what = "Pressure of the actuator" if isinstance(lever, Cylinder) else what
+        what = "Tension of the slack end" if band else "Force"
+        if isinstance(lever, Lever):
+            what = "Pull of the hand"
+        elif isinstance(lever, Cylinder):
+            what = "Pressure of the actuator"
         pull |= {"group": _GROUP, "name": f"{what}, full"}
 
     def place(control: Data) -> tuple[int, int]:
         load = control["path"].startswith("duty.load")
         part = control["path"].partition(".")[0]
+        group = control["group"].partition(".")[0]
         decides = {"duty": 0 if load else 2, "initial": 1}.get(part, 3)
-        return order.get(control["group"].partition(".")[0], 3), decides if control[
-            "group"
-        ] == _GROUP else 0
+        return order.get(group, 3), decides if group == _GROUP else 0
 
     return sorted(controls, key=place)
 

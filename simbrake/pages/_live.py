@@ -85,6 +85,11 @@ class Chart(NamedTuple):
     read: Reading = Reading(1.0, 0.0, "–")
     stepped: bool = False
 
+    def of(self, series: Series) -> "Chart":
+        """The same with those of its curves that a series has."""
+        there = [x for x in self.lines if getattr(series, x.column) is not None]
+        return self._replace(lines=there)
+
     def values(self, series: Series) -> list[Any]:
         """The curves in the unit for reading."""
         return [self.read(line.find(series)) for line in self.lines]
@@ -106,17 +111,16 @@ class Chart(NamedTuple):
 def charts_of(scene: Scene, s: Series) -> list[Chart]:
     """The charts of a run, by the columns that its series has."""
     words = scene.brake.words
-    speed = [Line(f"{words.body} ω", _BLACK, "omega")]
-    if s.bandage_speed is not None:
-        speed.append(Line("bandage", BLUE, "bandage_speed", dashed=True))
+    speed = [
+        Line(f"{words.body} ω", _BLACK, "omega"),
+        Line("bandage", BLUE, "bandage_speed", dashed=True),
+    ]
     torque = [
         Line("brake", BLUE, "brake_torque"),
         Line("load", VERMILLION, "load_torque", dashed=True),
+        Line("others on the shaft", GREEN, "shaft_torque"),
+        Line("motor", PURPLE, "motor_torque"),
     ]
-    if s.shaft_torque is not None:
-        torque.append(Line("others on the shaft", GREEN, "shaft_torque"))
-    if s.motor_torque is not None:
-        torque.append(Line("motor", PURPLE, "motor_torque"))
     if scene.brake.banded:
         force = [
             Line("tight end", BLUE, "tight_tension"),
@@ -129,38 +133,30 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
         force = [normal, Line("actuator", SKY, "lever_force", dashed=True)]
     forces = "Tension of the band" if scene.brake.banded else "Forces"
     forces = ", ".join(filter(None, (forces, scene.brake.force_words)))
+    body = "rim" if scene.brake.banded else words.body
+    hot = [
+        Line(f"hottest {body}", VERMILLION, "rim_temperature", "max"),
+        Line(f"hottest {words.lining}", ORANGE, "lining_temperature", "max"),
+        Line("band", BLUE, "band_temperature", "max"),
+    ]
+    coefficient = [
+        Line(f"lowest of the {words.lining}s", BLUE, "friction_coefficient", "min"),
+        Line("highest", SKY, "friction_coefficient", "max", dashed=True),
+    ]
+    hook = scene.duty.load.words.hook
+    travel = Line(f"{hook}, downwards", _BLACK, "hook_position")
+    used = Line(f"{words.lining}s at their friction limit", ORANGE, "at_limit")
     charts = [
         Chart("Speed", speed, reading("rad/s")),
         Chart("Torque", torque, reading("N*m")),
         Chart(forces, force, reading("N")),
+        Chart("Surface temperature", hot, reading("K")),
+        Chart("Coefficient of friction, sliding", coefficient),
+        Chart(f"Travel of the {hook}", [travel], reading("m")),
+        Chart(f"At the limit, of {scene.brake.linings.count}", [used], stepped=True),
     ]
-    hot = {
-        f"hottest {words.body if not scene.brake.banded else 'rim'}": (
-            "rim_temperature",
-            VERMILLION,
-        ),
-        f"hottest {words.lining}": ("lining_temperature", ORANGE),
-        "band": ("band_temperature", BLUE),
-    }
-    lines = [
-        Line(label, colour, column, "max")
-        for label, (column, colour) in hot.items()
-        if getattr(s, column) is not None
-    ]
-    charts += [Chart("Surface temperature", lines, reading("K"))] if lines else []
-    if s.friction_coefficient is not None:
-        low = Line(
-            f"lowest of the {words.lining}s", BLUE, "friction_coefficient", "min"
-        )
-        high = Line("highest", SKY, "friction_coefficient", "max", dashed=True)
-        charts.append(Chart("Coefficient of friction, sliding", (low, high)))
-    if s.hook_position is not None:
-        hook = scene.duty.load.words.hook
-        travel = Line(f"{hook}, downwards", _BLACK, "hook_position")
-        charts.append(Chart(f"Travel of the {hook}", [travel], reading("m")))
-    used = Line(f"{words.lining}s at their friction limit", ORANGE, "at_limit")
-    title = f"At the limit, of {scene.brake.linings.count}"
-    return [*charts, Chart(title, [used], stepped=True)]
+    there = [chart.of(s) for chart in charts]
+    return [chart for chart in there if chart.lines]
 
 
 def rounded(values: Any, digits: int = 7) -> Any:

@@ -95,8 +95,6 @@ def _figures(book: Ledger) -> Iterator[Tile]:
         "hook_work": "Work at the hook",
         "drum_work": "Work at the drum",
         "tackle_loss": "Loss of the tackle",
-    }
-    words |= {
         "auxiliary_work": "Auxiliary brake or motor",
         "friction_work": "Friction brakes",
     }

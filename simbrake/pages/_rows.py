@@ -263,31 +263,20 @@ def parts_of(scene: Scene) -> list[dict[str, Any]]:
             if field_path in absent or next(parts_below(value), None) is not None:
                 continue
             if about is not None:
-                shown = (
-                    Number("not given")
-                    if value is None
-                    else numbers(value, about.unit, absolute=not about.difference)
-                )
-                rows.append(
-                    {"path": field_path, "meaning": about.meaning, "value": shown}
-                )
+                meaning = about.meaning
+                shown = Number("not given")
+                if value is not None:
+                    shown = numbers(value, about.unit, absolute=not about.difference)
             elif value is not None and value is not False and (words := _plain(value)):
-                meaning = (
-                    field.name.replace("_", " ") if whole is None else whole.meaning
-                )
-                rows.append(
-                    {"path": field_path, "meaning": meaning, "value": Number(words)}
-                )
+                meaning = whole.meaning if whole else field.name.replace("_", " ")
+                shown = Number(words)
+            else:
+                continue
+            rows.append({"path": field_path, "meaning": meaning, "value": shown})
         kind = type(part).__name__
+        words = _WORDS.get(kind, _said_of(part))
         if rows:
-            parts.append(
-                {
-                    "path": path,
-                    "kind": kind,
-                    "words": _WORDS.get(kind, _said_of(part)),
-                    "rows": rows,
-                }
-            )
+            parts.append({"path": path, "kind": kind, "words": words, "rows": rows})
     return parts
 
 
