@@ -10,6 +10,7 @@ import functools
 import re
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -74,6 +75,8 @@ __all__ = [
     "wheel",
 ]
 
+#: look of the torque of a motor
+_MOTOR = {"color": GREEN, "ls": "--"}
 #: size (inch) of a panel that has a figure of its own
 _SIZE = (9.0, 3.2)
 
@@ -96,6 +99,18 @@ def over_time(draw: Callable[[Result, Series, Axes], None]) -> Callable[..., Axe
 
     del panel.__wrapped__  # its signature is that of the panel
     return styled(panel)
+
+
+def _curves(
+    axes: Axes, s: Series, unit: str, words: str, *curves: tuple[Any, str, Any]
+) -> None:
+    """Curves of one quantity in the unit for reading: values (SI), label and look of
+    each; those without values are left out."""
+    read = reading(unit)
+    for values, label, style in curves:
+        if values is not None:
+            axes.plot(s.t, read(values), label=label, **style)
+    axes.set_ylabel(f"{words}, {read.name}")
 
 
 # --- motion and forces ----------------------------------------------------------------
@@ -142,16 +157,17 @@ def torques(result: Result, s: Series, axes: Axes) -> None:
         >>> axes.get_ylabel()
         'torque, kN·m'
     """
-    torque = reading("N*m")
-    axes.plot(s.t, torque(s.brake_torque), color=BLUE, label="brake $M_b$")
-    load = {"color": PURPLE, "ls": "-.", "label": r"load $M_\mathrm{load}$"}
-    axes.plot(s.t, torque(s.load_torque), **load)  # pyright: ignore
-    if s.motor_torque is not None:
-        axes.plot(s.t, torque(s.motor_torque), color=GREEN, ls="--", label="motor $M$")
-        if s.shaft_torque is not None:
-            others = r"others $\Sigma M_\mathrm{shaft}$"
-            axes.plot(s.t, torque(s.shaft_torque), color=ORANGE, ls=":", label=others)
-    axes.set_ylabel(f"torque, {torque.name}")
+    others = None if s.motor_torque is None else s.shaft_torque
+    _curves(
+        axes,
+        s,
+        "N*m",
+        "torque",
+        (s.brake_torque, "brake $M_b$", {"color": BLUE}),
+        (s.load_torque, r"load $M_\mathrm{load}$", {"color": PURPLE, "ls": "-."}),
+        (s.motor_torque, "motor $M$", _MOTOR),
+        (others, r"others $\Sigma M_\mathrm{shaft}$", {"color": ORANGE, "ls": ":"}),
+    )
 
 
 @over_time
@@ -164,20 +180,20 @@ def forces(result: Result, s: Series, axes: Axes) -> None:
         >>> axes.get_ylabel()
         'tension, kN'
     """
-    force = reading("N")
     if s.slack_tension is not None:
-        axes.plot(s.t, force(s.tight_tension), color=BLUE, label="tight end $T_n$")
-        axes.plot(s.t, force(s.slack_tension), color=SKY, label="slack end $T_0$")
-        axes.set_ylabel(f"tension, {force.name}")
+        tight = (s.tight_tension, "tight end $T_n$", {"color": BLUE})
+        slack = (s.slack_tension, "slack end $T_0$", {"color": SKY})
+        _curves(axes, s, "N", "tension", tight, slack)
     elif s.lever_force is not None:
-        axes.plot(s.t, force(s.lever_force), color=SKY, label="actuator $F$")
+        curves: list[Any] = [(s.lever_force, "actuator $F$", {"color": SKY})]
         lining = result.scene.brake.words.lining
         differ = np.ptp(s.normal_load, axis=1).max() > 0
         for i in range(s.normal_load.shape[1] if differ else 1):
             which = f" on {lining} {i + 1}" if differ else ""
-            load = {"ls": "--", "label": f"normal force $N${which}"}
-            axes.plot(s.t, force(s.normal_load[:, i]), **load)  # pyright: ignore
-        axes.set_ylabel(f"force, {force.name}")
+            curves.append(
+                (s.normal_load[:, i], f"normal force $N${which}", {"ls": "--"})
+            )
+        _curves(axes, s, "N", "force", *curves)
 
 
 @over_time
@@ -206,16 +222,13 @@ def lever(result: Result, s: Series, axes: Axes) -> None:
         >>> axes.get_ylabel()
         'tension, kN'
     """
-    force = reading("N")
+    look = {"color": BLUE}
     if result.scene.brake.banded:
-        given = s.slack_tension
-        words = "slack tension $T_0$"
-        axes.set_ylabel(f"tension, {force.name}")
+        slack = (s.slack_tension, "slack tension $T_0$", look)
+        _curves(axes, s, "N", "tension", slack)
     else:
-        given = s.lever_force
-        words = "force of the actuator $F$"
-        axes.set_ylabel(f"force, {force.name}")
-    axes.plot(s.t, force(given), color=BLUE, label=words)
+        force = (s.lever_force, "force of the actuator $F$", look)
+        _curves(axes, s, "N", "force", force)
     _from_zero(axes)
 
 
@@ -228,12 +241,8 @@ def load(result: Result, s: Series, axes: Axes) -> None:
         >>> axes.get_ylabel()
         'torque, kN·m'
     """
-    words = "load torque on the shaft"
-    torque = reading("N*m")
-    axes.plot(s.t, torque(s.load_torque), color=VERMILLION, label=words)
-    if s.motor_torque is not None:
-        axes.plot(s.t, torque(s.motor_torque), color=GREEN, ls="--", label="motor $M$")
-    axes.set_ylabel(f"torque, {torque.name}")
+    given = (s.load_torque, "load torque on the shaft", {"color": VERMILLION})
+    _curves(axes, s, "N*m", "torque", given, (s.motor_torque, "motor $M$", _MOTOR))
     _from_zero(axes)
 
 
@@ -255,10 +264,8 @@ def hook_mass(result: Result, s: Series, axes: Axes) -> None:
     hook = look(result, s.t).hook
     assert hook is not None
     mass = np.asarray(hook.weight) / float(string.gravity)
-    label = "mass on the hook"
-    shown = reading("kg")
-    axes.step(s.t, shown(mass), where="post", color=PURPLE, label=label)
-    axes.set_ylabel(f"mass, {shown.name}")
+    stepped = {"drawstyle": "steps-post", "color": PURPLE}
+    _curves(axes, s, "kg", "mass", (mass, "mass on the hook", stepped))
     _from_zero(axes)
 
 
@@ -283,11 +290,10 @@ def pair_speeds(result: Result, s: Series, axes: Axes) -> None:
         'speed, rad/s'
     """
     _check_staged(result)
-    turning = reading("rad/s")
-    axes.plot(s.t, turning(s.omega), color=ink(), label=r"pulley $\omega$")
-    bandage = {"color": GREEN, "ls": "--", "label": r"bandage $\omega_b$"}
-    axes.plot(s.t, turning(s.bandage_speed), **bandage)  # pyright: ignore
-    axes.set_ylabel(f"speed, {turning.name}")
+    pulley = (s.omega, r"pulley $\omega$", {"color": ink()})
+    look = {"color": GREEN, "ls": "--"}
+    bandage = (s.bandage_speed, r"bandage $\omega_b$", look)
+    _curves(axes, s, "rad/s", "speed", pulley, bandage)
 
 
 @over_time
@@ -301,15 +307,18 @@ def pair_torques(result: Result, s: Series, axes: Axes) -> None:
         'torque, kN·m'
     """
     _check_staged(result)
+    external = s.pairs["external"].torque
     internal = s.pairs["internal"]
-    torque = reading("N*m")
-    for values, colour, style, words in (
-        (s.pairs["external"].torque, GREEN, "-", r"band on bandage $M_\mathrm{ext}$"),
-        (internal.torque, BLUE, "-", r"pulley on bandage $\Lambda$"),
-        (internal.capacity, BLUE, ":", r"it sticks up to $M_\mathrm{int}$"),
-    ):
-        axes.plot(s.t, torque(values), color=colour, ls=style, label=words)
-    axes.set_ylabel(f"torque, {torque.name}")
+    most = {"color": BLUE, "ls": ":"}
+    _curves(
+        axes,
+        s,
+        "N*m",
+        "torque",
+        (external, r"band on bandage $M_\mathrm{ext}$", {"color": GREEN}),
+        (internal.torque, r"pulley on bandage $\Lambda$", {"color": BLUE}),
+        (internal.capacity, r"it sticks up to $M_\mathrm{int}$", most),
+    )
 
 
 @over_time
@@ -322,11 +331,11 @@ def pair_heats(result: Result, s: Series, axes: Axes) -> None:
         'friction heat, kJ'
     """
     _check_staged(result)
-    energy = reading("J")
-    for name, colour in _PAIRS.items():
-        heat = energy(s.pairs[name].heat)
-        axes.plot(s.t, heat, color=colour, label=f"{name} pair")
-    axes.set_ylabel(f"friction heat, {energy.name}")
+    heats = [
+        (s.pairs[name].heat, f"{name} pair", {"color": colour})
+        for name, colour in _PAIRS.items()
+    ]
+    _curves(axes, s, "J", "friction heat", *heats)
 
 
 @styled
@@ -436,11 +445,9 @@ def surface_temperatures(
             continue
         # the rim broader, as the faces of linings are often as hot
         lw = 3.0 if name == "rim" else 1.3
-        if T.shape[1] > 1:
-            named = (f"{words}, hottest", f"{words}, coolest")
-            _extremes(axes, t, T, colour, named, lw)
-        else:
-            _extremes(axes, t, T, colour, (words, None), lw)
+        several = T.shape[1] > 1
+        named = (f"{words}, hottest", f"{words}, coolest") if several else (words, None)
+        _extremes(axes, t, T, colour, named, lw)
     if in_cycles:
         axes.plot([], [], color=GREY, ls=":", label="lowest of a cycle")
     heat = result.scene.network
@@ -459,10 +466,11 @@ def surface_temperatures(
             continue
         limit = float(degrees(most))
         look = {"color": HOT[name], "lw": 1.3, "ls": style}
+        label = f"{words} {limit:.4g} {degrees.name}"
         if limit < hottest + 1.5 * (hottest - coldest):
-            axes.axhline(limit, label=f"{words} {limit:.4g} {degrees.name}", **look)
+            axes.axhline(limit, label=label, **look)
         else:
-            axes.plot([], [], label=f"{words} {limit:.4g} {degrees.name} above", **look)
+            axes.plot([], [], label=f"{label} above", **look)
     axes.set_xlim(low, high)
     axes.set(xlabel="time, s", ylabel=f"surface temperature, {degrees.name}")
     finish([axes])
