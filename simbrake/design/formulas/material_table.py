@@ -157,21 +157,20 @@ class Case:
     @property
     def limited(self) -> dict[str, float]:
         """Estimates that `criteria` limit; the maximum has a third of the flash."""
-        start = self.braking.start_now
-        maximum = maximum_temperatures(
-            self.braking.heated.rise, self.surface_rise, self.flash
-        ).surface_and_third_flash
+        b = self.braking
+        surface = b.start_now + self.surface_rise
+        rises = maximum_temperatures(b.heated.rise, self.surface_rise, self.flash)
         return {
-            "surface": start + self.surface_rise,
-            "lining_surface": start + self.surface_rise,
-            "stress_ratio": self.braking.stress_ratio,
-            "maximum": start + float(maximum),
+            "surface": surface,
+            "lining_surface": surface,
+            "stress_ratio": b.stress_ratio,
+            "maximum": b.start_now + float(rises.surface_and_third_flash),
         }
 
     def transmission(self) -> float:
         """Heat partition coefficient of the rim by heat transmission."""
         b = self.braking
-        T = jnp.asarray(self.braking.start_now)
+        T = jnp.asarray(b.start_now)
         law = dataclasses.replace(
             transmission_table(),
             rim_conductivity=b.rim.conductivity,
@@ -198,7 +197,7 @@ class Case:
     def quantities(self, simulated: bool) -> dict[str, Compared]:
         """All quantities by name, beside those of the run if they are `simulated`."""
         b = self.braking
-        mass = rim_mass(self.braking)
+        mass = rim_mass(b)
         in_run = {}
         values = self.limited | {
             "friction_work": b.work,
@@ -364,15 +363,7 @@ class MaterialRow:
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers and words; of each quantity `{estimate, simulated, unit}`."""
-        numbers = {
-            name: {
-                "estimate": quantity.value,
-                "simulated": quantity.simulated,
-                "unit": quantity.unit,
-            }
-            for name, quantity in self.quantities.items()
-        }
-        names = (
+        names = [
             "level",
             "rim",
             "lining",
@@ -380,7 +371,11 @@ class MaterialRow:
             "fails",
             "greatest_work",
             "ends",
-        )
+        ]
+        numbers = {
+            name: {"estimate": x.value, "simulated": x.simulated, "unit": x.unit}
+            for name, x in self.quantities.items()
+        }
         return plain({name: getattr(self, name) for name in names} | numbers)
 
 
@@ -495,46 +490,28 @@ class MaterialComparison(Tabular):
         data = xr.Dataset(coords=places, attrs={"about": self.about})
 
         def add(name: str, values: Any, **about: str) -> None:
-            data[name] = (
-                tuple(places),
-                np.reshape(values, [len(names) for names in places.values()]),
-                about,
-            )
+            shape = [len(names) for names in places.values()]
+            data[name] = (tuple(places), np.reshape(values, shape), about)
 
         for name, (unit, meaning, formula) in QUANTITIES.items():
-            add(
-                name,
-                [row[name].value for row in self.rows],
-                units=unit,
-                meaning=meaning,
-                formula=formula,
-            )
-            simulated = np.array([row[name].simulated for row in self.rows], float)
+            about = {"units": unit, "meaning": meaning}
+            each = [row[name] for row in self.rows]
+            add(name, [x.value for x in each], **about, formula=formula)
+            simulated = np.array([x.simulated for x in each], float)
             if not np.all(np.isnan(simulated)):
-                add(
-                    f"{name}_simulated",
-                    simulated,
-                    units=unit,
-                    meaning=f"{meaning}, simulated",
-                )
+                about["meaning"] += ", simulated"
+                add(f"{name}_simulated", simulated, **about)
+        works = [row.greatest_work for row in self.rows]
         meaning = "maximum friction work of one brake application, by the estimates"
-        add(
-            "greatest_work",
-            [row.greatest_work for row in self.rows],
-            units="J",
-            meaning=meaning,
-        )
+        add("greatest_work", works, units="J", meaning=meaning)
         add("admissible", [row.admissible for row in self.rows])
         return data
 
     def parts(self) -> Iterator[str | Table]:
         yield self.about
         for i, level in enumerate(self.levels):
-            yield from (
-                "",
-                f"{level.label}: friction work {level.words}",
-                self._table(i),
-            )
+            heading = f"{level.label}: friction work {level.words}"
+            yield from ("", heading, self._table(i))
         columns = [
             Column("place", heading=""),
             "rim",
@@ -561,27 +538,17 @@ class MaterialComparison(Tabular):
             for number in numbers:
                 column = [getattr(row[name], number) for row in rows]
                 if any(x is not None for x in column):
-                    heading += " sim." if number == "simulated" else ""
-                    columns.append(
-                        Column(
-                            f"{name}_{number}",
-                            heading=heading,
-                            display_units=unit,
-                            show=show,
-                        )
-                    )
+                    words = heading + " sim." * (number == "simulated")
+                    about = {"heading": words, "display_units": unit, "show": show}
+                    columns.append(Column(f"{name}_{number}", **about))
                     values.append(column)
         verdicts = [
             f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits"
             for row in rows
         ]
-        pairs = ((row.rim, row.lining) for row in rows)
-        lines = [
-            (*pair, *line)
-            for pair, line in zip(
-                pairs, zip(*values, verdicts, strict=True), strict=True
-            )
-        ]
+        rims = [row.rim for row in rows]
+        linings = [row.lining for row in rows]
+        lines = zip(rims, linings, *values, verdicts, strict=True)
         return Table(["rim", "lining", *columns, "verdict"], lines)
 
 
@@ -655,26 +622,19 @@ def compare_materials(
         for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
             rows.append(study.row(i, s, rim, lining, solver))
             report(len(rows))
-    works = [
-        [row["friction_work"].value for row in rows if row.level == i]
-        for i in range(len(levels))
-    ]
-    named = zip(levels, works, strict=True)
-    energy_levels = tuple(
-        EnergyLevel(label, min(w), max(w), title) for (label, title, _), w in named
-    )
-    how = "time and friction work are those of " + (
-        "the runs" if run else "classical stops"
-    )
-    about = f"materials of rim and linings compared; {how}, temperatures in °C"
-    notes = study.notes(lining_materials)
+    energy_levels = []
+    for i, (label, title, _) in enumerate(levels):
+        works = [row["friction_work"].value for row in rows if row.level == i]
+        energy_levels.append(EnergyLevel(label, min(works), max(works), title))
+    how = "the runs" if run else "classical stops"
     return MaterialComparison(
-        about,
-        energy_levels,
+        "materials of rim and linings compared; time and friction work are those of "
+        f"{how}, temperatures in °C",
+        tuple(energy_levels),
         tuple(rim_materials),
         tuple(lining_materials),
         tuple(rows),
-        notes,
+        study.notes(lining_materials),
     )
 
 
@@ -686,11 +646,8 @@ def _require_names(**groups: Iterable[Any]) -> None:
         if not names:
             faults.add(name, "are none", "at least one material is needed")
         if twice:
-            faults.add(
-                name,
-                f"have {', '.join(twice)} more than once",
-                "a name must denote one material",
-            )
+            what = f"have {', '.join(twice)} more than once"
+            faults.add(name, what, "a name must denote one material")
     faults.report()
 
 
@@ -728,15 +685,9 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
             )
         ((path, values),) = energy.items()
         scenes = [with_values(scene, {path: float(value)}) for value in values]
-        abouts = [
-            leaf.about
-            for level in scenes
-            for leaf in leaves(level)
-            if leaf.path == path
-        ]
-        unit, meaning = (
-            (unit_suffix(abouts[0].unit), abouts[0].meaning) if abouts else ("", path)
-        )
+        about = {leaf.path: leaf.about for leaf in leaves(scene)}.get(path)
+        unit = "" if about is None else unit_suffix(about.unit)
+        meaning = path if about is None else about.meaning
         levels = []
         for value, level in zip(values, scenes, strict=True):
             check_scene(level)
@@ -749,11 +700,10 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
             raise input_error(
                 "energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J"
             )
-        titles = [f"classical stop of {work / 1e3:g} kJ" for work in works]
-        levels = [
-            (title, title, _of_work(scene, work))
-            for title, work in zip(titles, works, strict=True)
-        ]
+        levels = []
+        for work in works:
+            title = f"classical stop of {work / 1e3:g} kJ"
+            levels.append((title, title, _of_work(scene, work)))
     if not levels:
         raise input_error(
             "energy", "is empty", "leave it out for the duty of the scene"
@@ -797,12 +747,8 @@ class _Study:
 
     def __post_init__(self) -> None:
         self.named = named_materials(self.scene.network)
-        own = self._own = settle(self.scene, self.data)
-        self._own_mass = (
-            own["rim"].value.density
-            * own["rim_thickness"].value
-            * own["track_area"].value
-        )
+        self._own = settle(self.scene, self.data)
+        self._own_mass = rim_mass(Braking.of(self.scene, self._own, None))
         self._runs: dict[bytes, RunValues] = {}
 
     def scene_of(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial) -> Scene:
@@ -837,13 +783,14 @@ class _Study:
     ) -> Braking:
         # of the softer surface
         hardness = self.data.hardness or min(rim.hardness, lining.hardness)
-        given = {
-            "rim": rim.thermal,
-            "lining": lining.thermal,
-            "elastic": rim.elastic,
-            "hardness": hardness,
-        }
-        inputs = settle(scene, dataclasses.replace(self.data, **given))
+        data = dataclasses.replace(
+            self.data,
+            rim=rim.thermal,
+            lining=lining.thermal,
+            elastic=rim.elastic,
+            hardness=hardness,
+        )
+        inputs = settle(scene, data)
         return Braking.of(scene, inputs, classical_stop(scene), run=run)
 
     def row(
