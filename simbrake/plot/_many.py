@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -25,6 +24,7 @@ from .._base._quantity import shown as about
 from ..outputs.judgement import Colour
 from ..outputs.log import Status
 from ..outputs.metrics import is_least, margin_to
+from ..outputs.quantities import SERIES_COLUMNS
 from ..results.stored import Dataset, Source, dataset, read_result
 from ..runs.result import Result
 from .drawing import (
@@ -51,7 +51,18 @@ _DASHES = ("-", "--", "-.", ":")
 #: of them
 _EVENTS = {"slip_onset": "o", "full_slip": "s", "stop": "D"}
 _MOST = 6
-_HOT = ("rim_temperature", "lining_temperature", "band_temperature")
+#: panels of a comparison: words, and the columns whose maximum is shown
+_COMPARED = {
+    "speed": ("omega",),
+    "brake torque": ("brake_torque",),
+    "tension of\nthe lever": ("slack_tension",),
+    "force of\nthe actuator": ("lever_force",),
+    "tension of\nthe tight end": ("tight_tension",),
+    "normal force\non a lining": ("normal_load",),
+    "hottest\nsurface": ("rim_temperature", "lining_temperature", "band_temperature"),
+}
+#: of these the panels of a lever that holds the speed
+_OF_LEVER = (("slack_tension",), ("lever_force",))
 
 
 @styled
@@ -88,31 +99,15 @@ def compare(
         )
     data = {name: _data(source) for name, source in named.items()}
     held = all(run["status"].item() == Status.LOWERING for run in data.values())
-    panels = [("speed", ("omega",)), ("brake torque", ("brake_torque",))]
-    panels += [
-        ("tension of\nthe lever", ("slack_tension",)),
-        ("force of\nthe actuator", ("lever_force",)),
-    ] * held
-    panels += [
-        ("tension of\nthe tight end", ("tight_tension",)),
-        ("normal force\non a lining", ("normal_load",)),
-    ]
-    panels += [("hottest\nsurface", _HOT)]
     shown = []
-    for words, columns in panels:
+    for words, columns in _COMPARED.items():
         curves = {name: _curve(run, columns) for name, run in data.items()}
         curves = {name: y for name, y in curves.items() if y is not None}
-        if curves:
-            shown.append((words, columns, curves))
+        if curves and (held or columns not in _OF_LEVER):
+            shown.append((words, SERIES_COLUMNS[columns[0]].unit, curves))
     figure = sheet(figure, 9.5, 2.1, rows=len(shown), room=1.7)
     rows = figure.subplots(len(shown), 1, squeeze=False, sharex=True)[:, 0]
-    for axes, (words, columns, curves) in zip(rows, shown, strict=True):
-        unit = next(
-            run[column].attrs["units"]
-            for run in data.values()
-            for column in columns
-            if column in run
-        )
+    for axes, (words, unit, curves) in zip(rows, shown, strict=True):
         top = max(float(np.nanmax(np.abs(y))) for y in curves.values())
         read = reading(unit, top)
         for i, name in enumerate(data):
@@ -126,11 +121,9 @@ def compare(
         event for i, run in enumerate(data.values()) for event in _mark(rows[0], run, i)
     ]
     finish(rows)
-    ends = [_end(run) for run in data.values()]
-    rows[-1].set(
-        xlabel="time, s",
-        xlim=(min(float(run["time"][0]) for run in data.values()), max(ends)),
-    )
+    start = min(float(run["time"][0]) for run in data.values())
+    end = max(map(_end, data.values()))
+    rows[-1].set(xlabel="time, s", xlim=(start, end))
     like: dict[str, Any] = {"color": GREY, "ls": "none", "mfc": "white"}
     marks = [
         Line2D([], [], marker=marker, label=words_of_mark(MARKED[event][1]), **like)
@@ -143,13 +136,9 @@ def compare(
 
 
 def _data(source: Source) -> Dataset:
-    return (
-        dataset(source)
-        if isinstance(source, Result)
-        else read_result(source)
-        if isinstance(source, str | Path)
-        else source
-    )
+    if isinstance(source, Result):
+        return dataset(source)
+    return read_result(source) if isinstance(source, str | Path) else source
 
 
 def _curve(data: Dataset, columns: Sequence[str]) -> Float[np.ndarray, " t"] | None:
@@ -162,11 +151,9 @@ def _curve(data: Dataset, columns: Sequence[str]) -> Float[np.ndarray, " t"] | N
         if name in data and not (banded and name in ("normal_load", "lever_force"))
     ]
     curves = [data[name].values.astype(float) for name in names]
-    return (
-        np.max([y.reshape(len(y), -1).max(axis=1) for y in curves], axis=0)
-        if curves
-        else None
-    )
+    if not curves:
+        return None
+    return np.max([y.reshape(len(y), -1).max(axis=1) for y in curves], axis=0)
 
 
 def _end(data: Dataset) -> float:
@@ -174,14 +161,15 @@ def _end(data: Dataset) -> float:
     last stop."""
     start = float(data["time"][0])
     end = float(data["time"][-1])
-    stops = [
-        float(t) for t in data["event_time"].values[data["event_name"].values == "stop"]
-    ]
-    return (
-        min(end, start + 1.15 * (stops[-1] - start))
-        if stops and data["status"].item() == Status.STOPPED
-        else end
-    )
+    stops = _times_of(data, "stop")
+    if stops.size and data["status"].item() == Status.STOPPED:
+        return min(end, start + 1.15 * (float(stops[-1]) - start))
+    return end
+
+
+def _times_of(data: Dataset, event: str) -> Float[np.ndarray, " e"]:
+    """Times (s) of the events of a name."""
+    return data["event_time"].values[data["event_name"].values == event].astype(float)
 
 
 def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
@@ -191,20 +179,10 @@ def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
     omega = data["omega"].values
     names = []
     for event, marker in _EVENTS.items():
-        times = (
-            data["event_time"]
-            .values[data["event_name"].values == event]
-            .astype(np.float64)
-        )
+        times = _times_of(data, event)
         if 0 < len(times) <= _MOST:
-            look = {
-                "color": CYCLE[i % len(CYCLE)],
-                "mfc": "white",
-                "ms": 6.0,
-                "ls": "none",
-                "zorder": 4,
-            }
-            axes.plot(times, np.interp(times, t, omega), marker, **look)
+            look = {"color": CYCLE[i % len(CYCLE)], "mfc": "white", "ms": 6.0}
+            axes.plot(times, np.interp(times, t, omega), marker, zorder=4, **look)
             names.append(event)
     return names
 
@@ -389,9 +367,8 @@ def permissible(
     ):
         hint = "give the data set of simbrake.sweep over two parameters"
         raise input_error("data", "is no grid of two parameters", hint)
-    if missing := [name for name in limits if name not in data.data_vars] or (
-        [] if limits else ["a limit"]
-    ):
+    missing = [name for name in limits or ["a limit"] if name not in data.data_vars]
+    if missing:
         hint = f"there are: {', '.join(map(str, data.data_vars))}"
         raise input_error("limits", f"the data is without {', '.join(missing)}", hint)
     (x, name), (y, other) = (_along(data, str(path)) for path in data["code"].dims)
@@ -425,15 +402,13 @@ def permissible(
     red = "#e0503c"
     green = "#4cb474"
     alpha = 0.28
-    shades: Any = {
-        "cmap": ListedColormap([red, green]),
-        "vmin": 0.0,
-        "vmax": 1.0,
-        "shading": "nearest",
-    }
-    axes.pcolormesh(u, v, within, alpha=alpha, rasterized=True, **shades)
-    handles: list[Artist] = [Patch(color=green, alpha=alpha, label="within all limits")]
-    handles.append(Patch(color=red, alpha=alpha, label=_NOT_WITHIN))
+    shades: Any = {"cmap": ListedColormap([red, green]), "vmin": 0.0, "vmax": 1.0}
+    shades |= {"shading": "nearest", "rasterized": True}
+    axes.pcolormesh(u, v, within, alpha=alpha, **shades)
+    handles: list[Artist] = [
+        Patch(color=green, alpha=alpha, label="within all limits"),
+        Patch(color=red, alpha=alpha, label=_NOT_WITHIN),
+    ]
     for i, label in enumerate(lines):
         colour = CYCLE[i % len(CYCLE)]
         there = np.where(blank, np.nan, fine[..., i])
@@ -481,9 +456,8 @@ def _shown(data: Dataset, asked: str | Sequence[str] | None) -> list[str]:
         values = values[np.isfinite(values)]
         return values.size > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
-    order = [name for name in _FIRST if name in names] + [
-        name for name in names if name not in _FIRST
-    ]
+    first = [name for name in _FIRST if name in names]
+    order = dict.fromkeys([*first, *names])
     varying = [name for name in order if varies(name)][:4]
     if not varying:
         raise input_error(
@@ -523,17 +497,11 @@ def _curve_with_gaps(
         axes.plot(x[i : i + 2], y[i : i + 2], color=BLUE, **_BRIDGE)
     edges = _edges(x)
     blank = np.flatnonzero(np.isnan(y))
-    for part in (
-        np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)) if blank.size else ()
-    ):
-        axes.axvspan(
-            float(edges[part[0]]),
-            float(edges[part[-1] + 1]),
-            facecolor="none",
-            edgecolor="0.6",
-            hatch="///",
-            lw=0,
-        )
+    for part in np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)):
+        if not part.size:  # there is none at all
+            continue
+        look = {"facecolor": "none", "edgecolor": "0.6", "hatch": "///", "lw": 0}
+        axes.axvspan(edges[part[0]], edges[part[-1] + 1], **look)
     return bool(bridged)
 
 
@@ -570,9 +538,8 @@ def _contours(
         low = np.nanmin(z)
         high = np.nanmax(z)
         levels = MaxNLocator(8).tick_values(low, high)
-        levels = levels[
-            (levels > low + 1e-6 * (high - low)) & (levels < high)
-        ]  # none between values equal but rounding
+        # none between values equal but rounding
+        levels = levels[(levels > low + 1e-6 * (high - low)) & (levels < high)]
         filled = axes.contourf(x, y, z.T, levels=levels, cmap="viridis", extend="both")
         lines = axes.contour(
             x, y, z.T, levels=filled.levels, colors="white", linewidths=0.8
@@ -581,23 +548,11 @@ def _contours(
     a = _edges(x)
     b = _edges(y)
     for i, j in np.argwhere(np.isnan(z)):
-        axes.fill(
-            [a[i], a[i + 1], a[i + 1], a[i]],
-            [b[j], b[j], b[j + 1], b[j + 1]],
-            gid="failed",
-            lw=0,
-            **_BLANK,
-        )
-    across = [
-        [(a[i + 1], b[j]), (a[i + 1], b[j + 1])]
-        for i, j in np.argwhere(np.diff(sequence, axis=0))
-    ]
-    along = [
-        [(a[i], b[j + 1]), (a[i + 1], b[j + 1])]
-        for i, j in np.argwhere(np.diff(sequence, axis=1))
-    ]
-    axes.add_collection(
-        LineCollection(
-            [*across, *along], colors=VERMILLION, linewidths=2.5, gid="sequence"
-        )
-    )
+        x_cell = a[[i, i + 1, i + 1, i]]
+        y_cell = b[[j, j, j + 1, j + 1]]
+        axes.fill(x_cell, y_cell, gid="failed", lw=0, **_BLANK)
+    look = {"colors": VERMILLION, "linewidths": 2.5, "gid": "sequence"}
+    i, j = np.nonzero(np.diff(sequence, axis=0))
+    axes.vlines(a[i + 1], b[j], b[j + 1], **look)
+    i, j = np.nonzero(np.diff(sequence, axis=1))
+    axes.hlines(b[j + 1], a[i], a[i + 1], **look)

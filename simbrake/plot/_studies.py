@@ -185,14 +185,8 @@ def calibration(
     )
     widths = [2.5] * len(columns) + [1] * bool(singles)
     figure = sheet(figure, 3.0 + 4.6 * len(columns) + 2.0 * bool(singles), 6.0)
-    axes = figure.subplots(
-        2,
-        len(widths),
-        squeeze=False,
-        sharex="col",
-        height_ratios=[2, 1],
-        width_ratios=widths,
-    )
+    shared: Any = {"squeeze": False, "sharex": "col", "height_ratios": [2, 1]}
+    axes = figure.subplots(2, len(widths), width_ratios=widths, **shared)
     before = {"color": "0.5", "label": "before"}
     fitted = {"color": BLUE, "label": "fitted"}
     runs = [
@@ -217,18 +211,14 @@ def calibration(
         below.set_xlabel("time, s")
     if singles:
         names = [part.name.replace("_", " ") for part in singles]
-        was = np.asarray(
-            [(part.before - part.measured)[0] / part.sigma[0] for part in singles]
-        )
-        now = np.asarray([part.scaled[0] for part in singles])
-        for panel, values, look in (
-            (axes[0, -1], was, before),
-            (axes[1, -1], now, fitted),
+        was = [((part.before - part.measured) / part.sigma)[0] for part in singles]
+        now = [part.scaled[0] for part in singles]
+        for panel, values, look in zip(
+            axes[:, -1], (was, now), (before, fitted), strict=True
         ):
             # no bar: it did not occur
-            panel.bar(
-                names, np.where(np.isfinite(values), values, 0.0), width=0.3, **look
-            )
+            bars = np.where(np.isfinite(values), values, 0.0)
+            panel.bar(names, bars, width=0.3, **look)
             panel.set_xlim(-0.6, len(names) - 0.4)
             panel.axhline(0.0, color=ink(), lw=0.8)
         axes[0, -1].set_ylabel(r"(model − measured)$/\sigma$ (–)")
@@ -402,42 +392,23 @@ def wear(
     factor, words = (1e3, ", thousands") if longest >= 1e4 else (1.0, "")
     colours = ScalarMappable(Normalize(0.0, longest / factor), "viridis")
     for i, (axes, (name, life)) in enumerate(zip(top, named.items(), strict=True)):
-        axes.set_title(
-            "\n".join(
-                part
-                for part in (name, f"{life.brakings:.0f} brake applications")
-                if part
-            )
-        )
+        axes.set_title(f"{name}\n{life.brakings:.0f} brake applications".strip())
         _along_the_band(axes, life, colours, factor)
         colour = CYCLE[i % 5]
-        done = np.unique(
-            np.concatenate(
-                [np.linspace(0.0, life.brakings, 200), life.history.brakings]
-            )
-        )
+        even = np.linspace(0.0, life.brakings, 200)
+        done = np.union1d(even, life.history.brakings)
         worn = _worn_after(life, done)
-        left.plot(
-            done / factor,
-            1e3 * worn.max(axis=1),
-            color=colour,
-            label=name or "most worn",
-        )
-        left.plot(done / factor, 1e3 * worn.min(axis=1), color=colour, ls="--")
+        shown = done / factor
+        most = 1e3 * worn.max(axis=1)
+        left.plot(shown, most, color=colour, label=name or "most worn")
+        left.plot(shown, 1e3 * worn.min(axis=1), color=colour, ls="--")
         uneven = worn[1:].max(axis=1) / worn[1:].mean(axis=1)
-        right.plot(done[1:] / factor, uneven, color=colour, label=name or None)
-        for at in life.turned_at:
-            left.axvline(at / factor, color=colour, lw=0.9, ls=":")
-            right.axvline(at / factor, color=colour, lw=0.9, ls=":")
-            place = {
-                "xycoords": ("data", "axes fraction"),
-                "textcoords": "offset points",
-                "va": "top",
-                "ha": "right",
-            }
-            left.annotate(
-                "turned ", (at / factor, 0.97), xytext=(-2, 0), color=colour, **place
-            )
+        right.plot(shown[1:], uneven, color=colour, label=name or None)
+        for at in np.divide(life.turned_at, factor):
+            for axes in (left, right):
+                axes.axvline(at, color=colour, lw=0.9, ls=":")
+            place = {"transform": left.get_xaxis_transform(), "va": "top"}
+            left.text(at, 0.97, "turned ", color=colour, ha="right", **place)
     top[0].set_ylabel("worn off, mm")
     upper.colorbar(colours, ax=list(top), label=f"brake applications{words}", pad=0.01)
     left.plot([], [], color=GREY, ls="--", label="least worn")
@@ -458,10 +429,8 @@ def _worn_after(
     """Thickness (m) worn off after numbers of brake applications; nearly straight
     between points of the history."""
     h = life.history
-    return np.stack(
-        [np.interp(done, h.brakings, h.worn[:, i]) for i in range(h.worn.shape[1])],
-        axis=1,
-    )
+    each = [np.interp(done, h.brakings, lining) for lining in h.worn.T]
+    return np.stack(each, axis=1)
 
 
 def _along_the_band(
@@ -472,16 +441,11 @@ def _along_the_band(
     linings = np.arange(1, n + 1)
     done = np.linspace(0.0, life.brakings, _MARKS + 1)[1:]
     for count, worn in zip(done, _worn_after(life, done), strict=True):
-        axes.plot(
-            linings, 1e3 * worn, "o-", ms=3.5, color=colours.to_rgba(count / factor)
-        )
+        colour = colours.to_rgba(count / factor)
+        axes.plot(linings, 1e3 * worn, "o-", ms=3.5, color=colour)
     limit = {"color": GREY, "ls": "--", "lw": 1.0, "label": "permissible"}
-    axes.stairs(
-        1e3 * life.permissible,
-        np.append(linings - 0.5, n + 0.5),
-        baseline=None,
-        **limit,
-    )
+    edges = np.arange(n + 1) + 0.5
+    axes.stairs(1e3 * life.permissible, edges, baseline=None, **limit)
     top = 1.12e3 * float(life.permissible.max())
     axes.set(xlabel="lining, from the slack end", xlim=(0.5, n + 0.5), ylim=(0.0, top))
     axes.set_xticks(linings if n <= 12 else linings[:: 1 + n // 12])
