@@ -150,9 +150,17 @@ def report(
         if check:
             progress.now("second run, for the error estimate")
         errors = result.accuracy() if check else None
-        asked = {"sensitivity": metrics, "limits": limits, "check": errors or False}
         with sb.plot.titled(title), sb.results.display_units(units):
-            sb.report(result, out, title=title, files=files, progress=progress, **asked)  # pyright: ignore
+            sb.report(
+                result,
+                out,
+                title=title,
+                files=files,
+                progress=progress,
+                sensitivity=metrics,
+                limits=limits,
+                check=errors or False,
+            )  # pyright: ignore
         checks = limit_checks(result, limits)  # pyright: ignore
         verdict = result.verdict(checks)
     about = {

@@ -137,8 +137,16 @@ def sweep(
     if runs > _MOST_RUNS:
         faults.add("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}")
     faults += faults_of_place("--resume", resume)
-    counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
-    scene = faults.attempt(cli.opened, file, set_, rtol, folder=out, **counts)
+    scene = faults.attempt(
+        cli.opened,
+        file,
+        set_,
+        rtol,
+        folder=out,
+        sample=sample,
+        max_steps=max_steps,
+        workers=workers,
+    )
     import numpy as np
 
     axes: Any = cli.in_si(
@@ -305,19 +313,16 @@ def calibrate(
     first = {path: value for path, (value,) in starts_at.items()}
     scene = cli.checked(scene, faults)
     measured = cli.checked(measured, faults)
-    options = {
-        "start": first,
-        "loss": loss,
-        "starts": starts,
-        "rtol": rtol,
-        "profile": profile,
-    }
     calibration = sb.calibrate(
         scene,
         limits,
         measured,
         per_recording=limits_of_each,
-        **options,  # pyright: ignore
+        start=first,
+        loss=loss,
+        starts=starts,
+        rtol=rtol,
+        profile=profile,  # pyright: ignore
     )
     cli.tell(calibration, json_)
     if not json_:

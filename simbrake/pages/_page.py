@@ -483,13 +483,13 @@ def render(parts: Mapping[str, Any]) -> str:
     """The page with these contents. The template escapes every text; no script but the
     page's own can run."""
     loader = jinja2.PackageLoader("simbrake", "templates")
-    settings = {
-        "autoescape": True,
-        "trim_blocks": True,
-        "lstrip_blocks": True,
-        "undefined": jinja2.StrictUndefined,
-    }
-    environment = jinja2.Environment(loader=loader, **settings)
+    environment = jinja2.Environment(
+        loader=loader,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
     # (a number stays with its unit)
     glued = functools.partial(re.sub, r"(?<=\d) (?=[^\s(])", "\u00a0")
     environment.filters |= {"digits": digits, "number": number, "glued": glued}

@@ -112,10 +112,15 @@ def compare(
         read = reading(unit, top)
         for i, name in enumerate(data):
             if name in curves:
-                look = {"color": CYCLE[i % len(CYCLE)], "ls": _DASHES[i % len(_DASHES)]}
                 label = name if axes is rows[0] else None
                 y = read(curves[name])
-                axes.plot(data[name]["time"].values, y, label=label, **look)
+                axes.plot(
+                    data[name]["time"].values,
+                    y,
+                    label=label,
+                    color=CYCLE[i % len(CYCLE)],
+                    ls=_DASHES[i % len(_DASHES)],
+                )
         axes.set_ylabel(f"{words}, {read.name}")
     marked = [
         event for i, run in enumerate(data.values()) for event in _mark(rows[0], run, i)
@@ -124,9 +129,16 @@ def compare(
     start = min(float(run["time"][0]) for run in data.values())
     end = max(map(_end, data.values()))
     rows[-1].set(xlabel="time, s", xlim=(start, end))
-    like: dict[str, Any] = {"color": GREY, "ls": "none", "mfc": "white"}
     marks = [
-        Line2D([], [], marker=marker, label=words_of_mark(MARKED[event][1]), **like)
+        Line2D(
+            [],
+            [],
+            marker=marker,
+            label=words_of_mark(MARKED[event][1]),
+            color=GREY,
+            ls="none",
+            mfc="white",
+        )
         for event, marker in _EVENTS.items()
         if event in marked
     ]
@@ -181,8 +193,15 @@ def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
     for event, marker in _EVENTS.items():
         times = _times_of(data, event)
         if 0 < len(times) <= _MOST:
-            look = {"color": CYCLE[i % len(CYCLE)], "mfc": "white", "ms": 6.0}
-            axes.plot(times, np.interp(times, t, omega), marker, zorder=4, **look)
+            axes.plot(
+                times,
+                np.interp(times, t, omega),
+                marker,
+                zorder=4,
+                color=CYCLE[i % len(CYCLE)],
+                mfc="white",
+                ms=6.0,
+            )
             names.append(event)
     return names
 
@@ -500,8 +519,14 @@ def _curve_with_gaps(
     for part in np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)):
         if not part.size:  # there is none at all
             continue
-        look = {"facecolor": "none", "edgecolor": "0.6", "hatch": "///", "lw": 0}
-        axes.axvspan(edges[part[0]], edges[part[-1] + 1], **look)
+        axes.axvspan(
+            edges[part[0]],
+            edges[part[-1] + 1],
+            facecolor="none",
+            edgecolor="0.6",
+            hatch="///",
+            lw=0,
+        )
     return bool(bridged)
 
 

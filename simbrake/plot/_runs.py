@@ -155,8 +155,7 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     figure = sheet(figure, 8.5, 2.2, rows=len(labels), room=1.0)
     rows = figure.subplots(len(labels), 1, sharex=True)
     for row, values, colour, label in curves:
-        look = {"ms": 3, "color": colour, "label": label}
-        rows[row].plot(shown["stop"], values, "o-", **look)
+        rows[row].plot(shown["stop"], values, "o-", ms=3, color=colour, label=label)
     for ax, label in zip(rows, labels, strict=True):
         ax.set_ylabel(label)
     finish(rows)
@@ -208,8 +207,9 @@ def stages(
     for panel, ax in zip(draw, rows, strict=False):
         panel(result, series=series, ax=ax)
     for pair, ax in zip(("external", "internal"), rows[3:], strict=True):
-        asked = {"running_in": running_in, "series": series}
-        panels.overlap_of_pair(result, pair, **asked, ax=ax)
+        panels.overlap_of_pair(
+            result, pair, running_in=running_in, series=series, ax=ax
+        )
     speed = rows[0]
     # space for the names of the stages
     speed.set_ylim(top=1.3 * float(np.max(series.omega)))
@@ -222,8 +222,9 @@ def stages(
     for stage in parts:
         last = min(stage.end, end)
         words, colour = _STAGES[stage.name]
-        look = {"facecolor": colour, "edgecolor": "0.7", "alpha": 0.25}
-        named[stage.name] = Patch(label=words, **look)
+        named[stage.name] = Patch(
+            label=words, facecolor=colour, edgecolor="0.7", alpha=0.25
+        )
         for ax in rows:
             ax.axvspan(stage.start, last, color=colour, alpha=0.15, lw=0)
         long = last - stage.start > 0.08 * (end - start)
@@ -399,13 +400,15 @@ def depth(
     for field, part in zip(fields, [window, *near], strict=True):
         if part is not window:
             edges, middle, T = layers(part)
-        shades = {
-            "vmin": low,
-            "vmax": max(high, T[:, index].max()),
-            "cmap": "inferno",
-            "rasterized": True,
-        }
-        mesh = field.pcolormesh(edges, depths, T[:, index].T, **shades)
+        mesh = field.pcolormesh(
+            edges,
+            depths,
+            T[:, index].T,
+            vmin=low,
+            vmax=max(high, T[:, index].max()),
+            cmap="inferno",
+            rasterized=True,
+        )
         marked += marks(field, result, part, front=True)
         field.set(xlabel="time, s", xlim=(part.start, part.end))
         field.set_title(part.title, loc="left", pad=16.0)
@@ -499,8 +502,9 @@ def lining_map(
     )[0]
     marked = list[Event]()
     for ax, window in zip(row, columns, strict=True):
-        between = {"start": window.start, "end": window.end}
-        panels.lining_values_map(result, quantity, pair=pair, **between, ax=ax)
+        panels.lining_values_map(
+            result, quantity, pair=pair, start=window.start, end=window.end, ax=ax
+        )
         marked += marks(ax, result, window, front=True)
         window.label_time(ax)
         ax.set_title(window.title)

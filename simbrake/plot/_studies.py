@@ -75,8 +75,9 @@ def tornado(table: SensitivityTable, *, most: int = 12, ax: Axes | None = None) 
         value = number(row.value, row.unit, count=4)
         half = ""
         if ranged:
-            about = {"count": 3, "beside": abs(row.value)}
-            half = f" ± {number(row.half, row.unit, absolute=False, **about)}"
+            beside = abs(row.value)
+            width = number(row.half, row.unit, absolute=False, count=3, beside=beside)
+            half = f" ± {width}"
         labels.append(f"{name}\n{value}{half}")
     axes.set_yticks(range(len(bars)), labels)
     axes.axvline(middle, color=ink(), lw=0.9)
@@ -147,8 +148,17 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
 
 def _dots(axes: Axes, t: Any, values: Any, spread: Any, label: str) -> None:
     """Measured values with their standard deviations."""
-    look = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
-    axes.errorbar(t, values, spread, label=label, **look)
+    axes.errorbar(
+        t,
+        values,
+        spread,
+        label=label,
+        fmt=".",
+        color=ink(),
+        ms=4,
+        elinewidth=0.8,
+        zorder=3,
+    )
 
 
 #: columns that are named by a symbol
@@ -185,8 +195,14 @@ def calibration(
     )
     widths = [2.5] * len(columns) + [1] * bool(singles)
     figure = sheet(figure, 3.0 + 4.6 * len(columns) + 2.0 * bool(singles), 6.0)
-    shared: Any = {"squeeze": False, "sharex": "col", "height_ratios": [2, 1]}
-    axes = figure.subplots(2, len(widths), width_ratios=widths, **shared)
+    axes = figure.subplots(
+        2,
+        len(widths),
+        width_ratios=widths,
+        squeeze=False,
+        sharex="col",
+        height_ratios=[2, 1],
+    )
     before = {"color": "0.5", "label": "before"}
     fitted = {"color": BLUE, "label": "fitted"}
     runs = [
@@ -317,14 +333,25 @@ def cumulative(
         at, low, high = sample.read(estimate)
         ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
         bounded = np.isfinite(ends).all()
-        look = {"fmt": "o", "ms": 4, "capsize": 4, "color": ink()}
         xerr = ends if bounded else None
-        axes.errorbar([at], [100 * p], xerr=xerr, label=interval, **look)
+        axes.errorbar(
+            [at],
+            [100 * p],
+            xerr=xerr,
+            label=interval,
+            fmt="o",
+            ms=4,
+            capsize=4,
+            color=ink(),
+        )
         interval = None
         shift, side = ((-8, 5), "right") if p > 0.5 else ((8, -11), "left")
-        place = {"xytext": shift, "textcoords": "offset points", "ha": side}
         axes.annotate(
-            f"{100 * p:g} %: {at:.4g} {sample.read.name}", (at, 100 * p), **place
+            f"{100 * p:g} %: {at:.4g} {sample.read.name}",
+            (at, 100 * p),
+            xytext=shift,
+            textcoords="offset points",
+            ha=side,
         )
     _draw_limit(axes, found, name, sample)
     axes.set(xlabel=sample.label, ylabel="cumulative share, %")
@@ -407,8 +434,15 @@ def wear(
         for at in np.divide(life.turned_at, factor):
             for axes in (left, right):
                 axes.axvline(at, color=colour, lw=0.9, ls=":")
-            place = {"transform": left.get_xaxis_transform(), "va": "top"}
-            left.text(at, 0.97, "turned ", color=colour, ha="right", **place)
+            left.text(
+                at,
+                0.97,
+                "turned ",
+                color=colour,
+                ha="right",
+                transform=left.get_xaxis_transform(),
+                va="top",
+            )
     top[0].set_ylabel("worn off, mm")
     upper.colorbar(colours, ax=list(top), label=f"brake applications{words}", pad=0.01)
     left.plot([], [], color=GREY, ls="--", label="least worn")
@@ -443,9 +477,16 @@ def _along_the_band(
     for count, worn in zip(done, _worn_after(life, done), strict=True):
         colour = colours.to_rgba(count / factor)
         axes.plot(linings, 1e3 * worn, "o-", ms=3.5, color=colour)
-    limit = {"color": GREY, "ls": "--", "lw": 1.0, "label": "permissible"}
     edges = np.arange(n + 1) + 0.5
-    axes.stairs(1e3 * life.permissible, edges, baseline=None, **limit)
+    axes.stairs(
+        1e3 * life.permissible,
+        edges,
+        baseline=None,
+        color=GREY,
+        ls="--",
+        lw=1.0,
+        label="permissible",
+    )
     top = 1.12e3 * float(life.permissible.max())
     axes.set(xlabel="lining, from the slack end", xlim=(0.5, n + 0.5), ylim=(0.0, top))
     axes.set_xticks(linings if n <= 12 else linings[:: 1 + n // 12])

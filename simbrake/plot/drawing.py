@@ -386,8 +386,15 @@ def name_marks(
     handles = list(others)
     for name, line in {event.name: line_of(event) for event in events}.items():
         assert line is not None
-        look: dict[str, Any] = {"color": line[0], "ls": _DASHES.get(name, (0, (4, 2)))}
-        handles.append(Line2D([], [], label=words_of_mark(line[1]), **look))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                label=words_of_mark(line[1]),
+                color=line[0],
+                ls=_DASHES.get(name, (0, (4, 2))),
+            )
+        )
     if handles or rule:
         place = _in_columns(
             figure.bbox.width / figure.dpi, [h.get_label() for h in handles]

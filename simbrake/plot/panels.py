@@ -367,10 +367,18 @@ def overlap_of_pair(
     o = overlap(result, t, running_in)
     dynamic = getattr(o, f"{pair}_dynamic")
     static = getattr(o, f"{pair}_static")
-    slides = {"color": colour, "alpha": 0.7, "label": "slides (dynamic)"}
-    axes.fill_between(t, dynamic, lw=0, **slides)
-    sticks = {"facecolor": "none", "edgecolor": colour, "label": "sticks (static)"}
-    axes.fill_between(t, static, hatch="///", lw=0, **sticks)  # pyright: ignore
+    axes.fill_between(
+        t, dynamic, lw=0, color=colour, alpha=0.7, label="slides (dynamic)"
+    )
+    axes.fill_between(
+        t,
+        static,
+        hatch="///",
+        lw=0,
+        facecolor="none",
+        edgecolor=colour,
+        label="sticks (static)",
+    )  # pyright: ignore
     axes.set(xlabel="time, s", ylim=(0, 1), ylabel=f"{pair}\noverlap (–)")
     finish([axes])
     return axes
@@ -697,8 +705,7 @@ def contact_states(
     linings = np.arange(states.shape[1] + 1) + 0.5
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
     colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
-    shades = {"cmap": colours, "vmin": -1, "vmax": 1}
-    axes.pcolormesh(edges, linings, states[changes].T, **shades)
+    axes.pcolormesh(edges, linings, states[changes].T, cmap=colours, vmin=-1, vmax=1)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="time, s", ylabel="lining, from the slack end")
     return axes

@@ -147,14 +147,17 @@ def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> No
         contacts.items(), radii, radii[1:], strict=False
     ):
         for ends, state in zip(angles, states, strict=True):
-            look: dict[str, Any] = {
-                "fc": CONTACT_COLOURS[state],
-                "ec": "white",
-                "lw": min(0.8, 24 / len(angles)),
-                "gid": pair,
-                "zorder": 2,
-            }
-            _sector(axes, outer, inner, ends, **look)
+            _sector(
+                axes,
+                outer,
+                inner,
+                ends,
+                fc=CONTACT_COLOURS[state],
+                ec="white",
+                lw=min(0.8, 24 / len(angles)),
+                gid=pair,
+                zorder=2,
+            )
 
 
 #: half of the width of a label of an end of the band, with some white
@@ -201,8 +204,17 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     if turns:
         low = -50.0
         high = 230.0
-        look = {"theta1": low, "theta2": high, "color": ink(), "lw": 1.4}
-        axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, **look))
+        axes.add_patch(
+            Arc(
+                (0, 0),
+                2 * radius,
+                2 * radius,
+                theta1=low,
+                theta2=high,
+                color=ink(),
+                lw=1.4,
+            )
+        )
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
@@ -469,8 +481,17 @@ def _rings(
         # the outermost
         last = value == (ticks[0] if scale[1] < 0 else ticks[-1])
         words = f"{value:g} {unit}" if last else f"{value:g}"
-        place = {"ha": "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
-        axes.text(x, y, words, color=GREY, rotation_mode="anchor", gid=gid, **place)
+        axes.text(
+            x,
+            y,
+            words,
+            color=GREY,
+            rotation_mode="anchor",
+            gid=gid,
+            ha="right",
+            va="top",
+            rotation=math.degrees(turn[0]) - 180.0,
+        )
     return top
 
 
@@ -481,13 +502,17 @@ def _radial(
     degrees = math.degrees(angle) % 360
     flipped = 90 < degrees < 270
     x, y = spot(radius, angle)
-    place: dict[str, Any] = {
-        "ha": "left" if outwards != flipped else "right",
-        "va": "center",
-        "rotation": degrees - 180 if flipped else degrees,
-        "rotation_mode": "anchor",
-    }
-    axes.text(x, y, words, zorder=5, **place, **look)
+    axes.text(
+        x,
+        y,
+        words,
+        zorder=5,
+        ha="left" if outwards != flipped else "right",
+        va="center",
+        rotation=degrees - 180 if flipped else degrees,
+        rotation_mode="anchor",
+        **look,
+    )
 
 
 def _draw_tension(
@@ -635,13 +660,23 @@ def _disc(
     edge = 1.06 * outer
     _sector(wheel, edge, 0.9 * inner, color="0.85", zorder=1)
     for i, ends in enumerate(pressed_angles(brake)[::2]):
-        look = {"fc": colours[2 * i], "ec": GREY, "gid": "pad", "zorder": 2}
-        _sector(wheel, outer, inner, ends, **look)
+        _sector(
+            wheel, outer, inner, ends, fc=colours[2 * i], ec=GREY, gid="pad", zorder=2
+        )
         x, y = spot(0.5 * (inner + outer), ends.mean())
         words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
         wheel.text(x, y, words, ha="center", va="center", zorder=3)
-    look = {"fill": False, "ec": BLUE, "ls": "--", "lw": 1.0, "zorder": 1.5}
-    wheel.add_patch(Circle((0, 0), float(brake.radius), **look))
+    wheel.add_patch(
+        Circle(
+            (0, 0),
+            float(brake.radius),
+            fill=False,
+            ec=BLUE,
+            ls="--",
+            lw=1.0,
+            zorder=1.5,
+        )
+    )
     radius = np.linspace(inner, outer, 100)
     highest = float(pads.greatest_pressure(normal.max()))
     length = reading("m", 0.01)
@@ -671,8 +706,16 @@ def _drum(
     highest = math.sin(min(max(0.5 * math.pi, start), end))
     each = zip(pressures, SIDES, PINS, pressed_angles(brake), strict=True)
     for i, (pressure, side, pin, ends) in enumerate(each):
-        look = {"fc": colours[i], "ec": GREY, "gid": "shoe", "zorder": 2}
-        _sector(wheel, 1.02 * r, 0.92 * r, ends, **look)
+        _sector(
+            wheel,
+            1.02 * r,
+            0.92 * r,
+            ends,
+            fc=colours[i],
+            ec=GREY,
+            gid="shoe",
+            zorder=2,
+        )
         wheel.plot(
             *spot(float(brake.pin), pin),
             marker="o",

@@ -539,8 +539,14 @@ class MaterialComparison(Tabular):
                 column = [getattr(row[name], number) for row in rows]
                 if any(x is not None for x in column):
                     words = heading + " sim." * (number == "simulated")
-                    about = {"heading": words, "display_units": unit, "show": show}
-                    columns.append(Column(f"{name}_{number}", **about))
+                    columns.append(
+                        Column(
+                            f"{name}_{number}",
+                            heading=words,
+                            display_units=unit,
+                            show=show,
+                        )
+                    )
                     values.append(column)
         verdicts = [
             f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits"

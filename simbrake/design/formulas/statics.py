@@ -258,12 +258,13 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     torques = (rims * stop.external_torque, rims * stop.internal_torque)
     (M_1, M_2, M_3) = stop.torques
     all_rims = rims * M_1, rims * M_2, rims * M_3
-    known = {
-        "external_torque": torques[0],
-        "internal_torque": torques[1],
-        "torques": all_rims,
-    }
-    return stop._replace(external=external, internal=internal, **known)
+    return stop._replace(
+        external=external,
+        internal=internal,
+        external_torque=torques[0],
+        internal_torque=torques[1],
+        torques=all_rims,
+    )
 
 
 def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
