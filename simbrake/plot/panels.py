@@ -555,8 +555,7 @@ def wall_profile(
     T = degrees(result.series([time]).temperature)[0]
     layers = layers_of(result, chosen, T)
     axes.plot(depth(chosen.centres), layers.T, color=VERMILLION, marker=".", lw=1.0)
-    when = number(time, "s", count=4)
-    axes.set_title(f"through the {words} at {when}", loc="left")
+    axes.set_title(f"through the {words} at {number(time, 's', count=4)}", loc="left")
     axes.set(
         xlabel=f"depth below the friction surface, {depth.name}",
         ylabel=f"temperature, {degrees.name}",

@@ -216,8 +216,7 @@ def _message(result: Any) -> str:
     body = result.scene.brake.words.body
     text = status_words(status, result.scene.brake.words)
     if status is Status.RUNAWAY:
-        capacity = capacity_words(result.end_capacity, result.scene)
-        return f"{text}: at the end {capacity}"
+        return f"{text}: at the end {capacity_words(result.end_capacity, result.scene)}"
     if status is Status.LOWERING:
         return f"{text}: {number(float(terminal_speed(result.record)), 'rad/s')}"
     (end,) = labels_of(result.record, np.asarray([int(result.record.count)]))
@@ -336,8 +335,7 @@ def sentence(report: Report) -> str:
         case "F1":
             detail = f" with the code {report.result.status}"
             if math.isfinite(judgement.sliding):
-                load = number(abs(judgement.load), "N*m")
-                detail += f"; the load hangs with {load}"
+                detail += f"; the load hangs with {number(abs(judgement.load), 'N*m')}"
         case "T1":
             weak = f"; {sliding}" if judgement.sliding <= 1 else ""
             detail = f" before {ends}: {report.phase_at_end}{weak}"
@@ -417,10 +415,9 @@ def _by_static_friction(report: Report) -> str:
     judgement = report.judgement
     if not judgement.sliding_now <= 1 < judgement.reserve < math.inf:
         return ""
-    share = digits(judgement.sliding_now, 4)
     return (
         "; held by static friction alone: sliding, the brake gives "
-        f"{share} of the load's torque"
+        f"{digits(judgement.sliding_now, 4)} of the load's torque"
     )
 
 
@@ -519,8 +516,7 @@ def at_end(end: JsonObject, turned: float = 0.0) -> str:
     moves = "is at rest" if at_rest else f"turns at {number(end['omega'], 'rad/s')}"
     if abs(end["angle"]) <= _BALANCED * turned:
         return f"at {time} it {moves}, where it started"
-    way = _way(end["angle"], end["hook_travel"])
-    return f"at {time} it {moves}, after {way}"
+    return f"at {time} it {moves}, after {_way(end['angle'], end['hook_travel'])}"
 
 
 def _onset(scene: Scene, m: Mapping[str, float | None]) -> list[str]:
