@@ -69,16 +69,15 @@ class Braking:
     ) -> "Braking":
         """The hardest brake application of a run, else a classical stop, if there is
         one."""
+        omega = float(scene.start_speed)
+        time = work = 0.0
         if run is not None:
             time = run.duration
             work = run.work[-1]
             omega = abs(run.omega[0])
-        else:
-            classical = stop or stages
-            omega = float(scene.start_speed)
-            time, work = (
-                (0.0, 0.0) if classical is None else (classical.time, classical.work)
-            )
+        elif (classical := stop or stages) is not None:
+            time = classical.time
+            work = classical.work
         return cls(scene, inputs, stop, stages, run, time, work, omega)
 
     def __getattr__(self, name: str) -> Any:
@@ -115,42 +114,29 @@ class Braking:
         start = self.start_now
         heat = self.heat
         run = self.run
-        metal = (
-            self.metal,
-            self.metal_thickness,
-            self.metal_area,
-            self.time,
-            start,
-            share,
-            heat,
-            self.more,
-        )
-        lining = (
-            self.lining,
-            self.lining_thickness,
-            self.face_area,
-            self.time,
-            start,
-            1 - share,
-            heat,
-            0.0,
-        )
-        parts = [
-            HeatedPart(self.part, *metal, run and run.rim),
-            HeatedPart("lining", *lining, run and run.lining),
-        ]
-        if not self.pair:
-            band = (
-                self.band,
-                self.band_thickness,
-                self.lining_area,
+        parts = {
+            self.part: HeatedPart(
+                self.part,
+                self.metal,
+                self.metal_thickness,
+                self.metal_area,
                 self.time,
                 start,
-                0.0,
+                share,
                 heat,
+                self.more,
+                run and run.rim,
             )
-            parts.append(HeatedPart("band", *band))
-        return {part.name: part for part in parts}
+        }
+        size = (self.lining_thickness, self.face_area, self.time)
+        course = run and run.lining
+        parts["lining"] = HeatedPart(
+            "lining", self.lining, *size, start, 1 - share, heat, course=course
+        )
+        if not self.pair:
+            size = (self.band_thickness, self.lining_area, self.time)
+            parts["band"] = HeatedPart("band", self.band, *size, start, 0.0, heat)
+        return parts
 
     # motion
 
@@ -252,25 +238,17 @@ class Braking:
         """Mean pressure (Pa) over the sliding distance of the run."""
         if self.run is None:
             return None
-        power = self.run.series.normal_load.sum(axis=1) * np.abs(
-            self.run.series.slip_speed
-        )
-        return (
-            self.rims
-            * np.trapezoid(power, self.run.t)
-            / self.run.slid
-            / self.lining_area
-        )
+        s = self.run.series
+        power = s.normal_load.sum(axis=1) * np.abs(s.slip_speed)
+        load = self.rims * np.trapezoid(power, self.run.t) / self.run.slid
+        return load / self.lining_area
 
     @property
     def stopping_load(self) -> tuple[float, float]:
         """Work (J) and time (s) of the classical stop, else of the brake
         application."""
-        return (
-            (self.work, self.time)
-            if self.stop is None
-            else (self.stop.work, self.stop.time)
-        )
+        load = self.stop or self
+        return load.work, load.time
 
     # heat, and its shares
 
@@ -344,8 +322,8 @@ class Braking:
     @property
     def whole_rise(self) -> float:
         """Rise (K) of all of the metal."""
-        capacity = self.metal.density * self.metal.specific_heat
-        return self.metal_heat / (self.metal_area * self.metal_thickness * capacity)
+        volume = self.metal_area * self.metal_thickness
+        return self.metal_heat / (volume * self.metal.heat_capacity)
 
     @property
     def end(self) -> float:
@@ -360,11 +338,8 @@ class Braking:
     def falling_rise(self) -> float:
         """Maximum rise (K) of the surface of a half-space under a flux that falls
         linearly."""
-        return float(
-            stopping_rise(
-                self.initial_flux, self.time / 2, self.time, self.metal.effusivity
-            )
-        )
+        e = self.metal.effusivity
+        return float(stopping_rise(self.initial_flux, self.time / 2, self.time, e))
 
     @functools.cached_property
     def flash(self) -> float | None:
@@ -372,11 +347,12 @@ class Braking:
         `None` at rest."""
         if self.speed <= 0:
             return None
-        conductivity = self.metal.conductivity
-        diffusivity = self.metal.diffusivity
-        share = self.metal_share * self.power.heat
         law = FlashTemperature(
-            self.spot_length, conductivity, diffusivity, share, self.hardness
+            self.spot_length,
+            self.metal.conductivity,
+            self.metal.diffusivity,
+            self.metal_share * self.power.heat,
+            self.hardness,
         )
         spots = jnp.asarray(self.friction * self.hardness * self.speed)
         return float(law.rise(spots, jnp.asarray(self.speed)))
@@ -409,11 +385,7 @@ class Braking:
         """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the
         end."""
         face = slab_rise(self.flux, self.time, self.rim_thickness, self.rim)
-        mean = (
-            self.flux
-            * self.time
-            / (self.rim_thickness * (self.rim.density * self.rim.specific_heat))
-        )
+        mean = self.flux * self.time / (self.rim_thickness * self.rim.heat_capacity)
         return float(surface_stress(face, mean, self.elastic))
 
     @property
@@ -451,11 +423,9 @@ class Braking:
     @functools.cached_property
     def pair_runs(self) -> dict[str, RunValues | None]:
         """Results of each pair of a staged brake; empty without a run."""
-        return (
-            {}
-            if self.run is None
-            else {pair: run_values(self.run.result, pair) for pair in PAIRS}
-        )
+        if self.run is None:
+            return {}
+        return {pair: run_values(self.run.result, pair) for pair in PAIRS}
 
     def of_pairs(self) -> list["Braking"]:
         """The brake application of each pair of a staged brake that slides: of the run,

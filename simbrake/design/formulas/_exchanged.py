@@ -101,7 +101,7 @@ def _of_rim(heat: Heat, new: Material) -> Heat:
         place_of(place)[0] for place in (heat.linings, heat.band) if place is not None
     }
     by_name = heat.by_name
-    stored = new.density * new.specific_heat / (old.density * old.specific_heat)
+    stored = new.heat_capacity / old.heat_capacity
     led = new.conductivity / old.conductivity
     for link in heat.links:
         ends = [place_of(link.a)[0], place_of(link.b)[0]]
@@ -134,11 +134,8 @@ def _runs_over(flash: FlashTemperature, rim: Material) -> bool:
         # a law of spots that run over the lining has the lining's numbers, which one
         # rarely writes
         return True
-    return bool(
-        np.allclose(
-            np.asarray(numbers[:2], float), np.asarray(numbers[2:], float), rtol=1e-9
-        )
-    )
+    own, of_rim = np.reshape(np.asarray(numbers, float), (2, 2))
+    return np.allclose(own, of_rim, rtol=1e-9)
 
 
 def _shared(

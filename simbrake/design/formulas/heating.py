@@ -4,7 +4,7 @@ thickness."""
 import math
 from collections.abc import Callable
 from importlib import resources
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -154,12 +154,16 @@ def stopping_rise(
         75.989
     """
     require_positive(duration=duration)
+    _require_within(time, duration)
     t = np.asarray(time, float)
-    if np.any(t > duration):
+    return half_space_rise(flux, t, effusivity) * (1 - 2 * t / (3 * duration))
+
+
+def _require_within(time: Amount, duration: Amount) -> None:
+    if np.any(np.asarray(time, float) > duration):
         raise ValueError(
             f"time = {time} is after the end of the brake application at {duration}"
         )
-    return half_space_rise(flux, t, effusivity) * (1 - 2 * t / (3 * duration))
 
 
 def slab_rise(
@@ -190,13 +194,10 @@ def slab_rise(
         >>> round(float(rise), 2)
         112.72
     """
-    conductivity = material.conductivity
-    xi = 1 - np.asarray(depth, float) / thickness
-    Fo, xi = np.broadcast_arrays(
-        fourier_number(material.diffusivity, time, thickness), xi
-    )
+    Fo = fourier_number(material.diffusivity, time, thickness)
+    Fo, xi = np.broadcast_arrays(Fo, 1 - np.asarray(depth, float) / thickness)
     rise = np.where(Fo < 0.02, _by_images(Fo, xi), _by_series(np.maximum(Fo, 0.02), xi))
-    return (flux * thickness / conductivity * rise)[()]
+    return (flux * thickness / material.conductivity * rise)[()]
 
 
 def _by_series(Fo: Array, xi: Array) -> Array:
@@ -282,10 +283,7 @@ def reconstructed_surface_rise(
         58.35
     """
     tau = np.asarray(time, float) / duration
-    if np.any(tau > 1):
-        raise ValueError(
-            f"time = {time} is after the end of the brake application at {duration}"
-        )
+    _require_within(time, duration)
     present = slab_rise(flux * (1 - tau), time, thickness, material)
     above = fourier_number(material.diffusivity, duration, thickness) * tau**2
     return present + flux * thickness / (2 * material.conductivity) * above
@@ -321,17 +319,9 @@ def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
         >>> round(float(sb.formulas.heat_content(sb.material("steel_20L"), 300.0, 400.0)) / 1e6, 1)
         419.3
     """
-    slope = (
-        0.0
-        if material.specific_heat_slope is None
-        else float(material.specific_heat_slope)
-    )
+    slope = float(material.specific_heat_slope or 0.0)
     middle = 0.5 * (start + end) - float(material.reference)
-    return (
-        (material.density * material.specific_heat)
-        * (1 + slope * middle)
-        * (end - start)
-    )
+    return material.heat_capacity * (1 + slope * middle) * (end - start)
 
 
 class MaximumTemperatures(NamedTuple):
@@ -584,11 +574,7 @@ def rational_rim_thickness(
     """
     require_not_negative(time=time, heat=heat)
     depth = float(penetration_depth(material.diffusivity, time))
-    storage = (
-        heat / (material.density * material.specific_heat) / rise
-        if rise > 0
-        else math.inf
-    )
+    storage = heat / material.heat_capacity / rise if rise > 0 else math.inf
     return RimThickness(depth, storage, max(depth, storage))
 
 
@@ -680,19 +666,11 @@ def rational_lining_thickness(
         from scipy.optimize import brentq
 
         # θ is 1e-110 and 1 at these
+        ends = (1e-3, 20.0)
         theta = (back - start) / (face - start)
-        low = 1e-3
-        high = 20.0
-        Fo = low
-        if held_face_rise(low) < theta:
-            Fo = float(
-                brentq(  # pyright: ignore
-                    lambda x: float(held_face_rise(x)) - theta,
-                    low,
-                    high,
-                    xtol=1e-15,
-                    rtol=1e-13,  # pyright: ignore
-                )
-            )
+        over = lambda x: float(held_face_rise(x)) - theta
+        Fo: Any = ends[0]
+        if over(ends[0]) < 0:
+            Fo = brentq(over, *ends, xtol=1e-15, rtol=1e-13)  # pyright: ignore
         insulation = math.sqrt(material.diffusivity * time / Fo)
     return LiningThickness(depth, insulation, max(depth, insulation))

@@ -202,20 +202,15 @@ def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault
         constants = {
             "young": positive("Pa", "Young's modulus"),
             "permissible": _LIMITS["stress"],
+            "expansion": Quantity("1/K", "thermal expansion"),
         }
-        constants["expansion"] = Quantity("1/K", "thermal expansion")
         faults += [
             _fault(f"elastic.{name}", getattr(elastic, name), about)
             for name, about in constants.items()
         ]
         if not -1 < elastic.poisson < 0.5:
-            faults.append(
-                Fault(
-                    "elastic.poisson",
-                    f"{elastic.poisson} is out of range",
-                    "must be > −1 and < 0.5",
-                )
-            )
+            what = f"{elastic.poisson} is out of range"
+            faults.append(Fault("elastic.poisson", what, "must be > −1 and < 0.5"))
     return [fault for fault in faults if fault is not None]
 
 
@@ -251,20 +246,13 @@ def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
         elif name in ranges:
             numbers[name] = reader.number(value, ranges[name], name, ranges[name].unit)
         elif name not in _MATERIALS:
-            known = [
-                *_NUMBERS,
-                *_MATERIALS,
-                *(name for name in ranges if name not in _NUMBERS),
-            ]
+            known = dict.fromkeys([*_NUMBERS, *_MATERIALS, *ranges])
             reader.fault(name, "unknown name", nearest(name, known, cutoff=0.4))
         elif value in LIBRARY:
             data[name] = material(value)
         else:
-            reader.fault(
-                name,
-                f"unknown material {value!r}",
-                f"there are: {', '.join(sorted(LIBRARY))}",
-            )
+            hint = f"there are: {', '.join(sorted(LIBRARY))}"
+            reader.fault(name, f"unknown material {value!r}", hint)
     reader.faults.report()
     limits = {
         name.removeprefix("permissible."): numbers.pop(name)
@@ -283,11 +271,8 @@ def start_temperature(scene: Scene, part: str = "rim") -> float:
     """Mean temperature of the rim (or `"band"`) at the start (K); 20 °C where the scene
     has no heat."""
     place = getattr(scene.network, part)
-    return (
-        ROOM
-        if place is None
-        else _mean(getattr(_body(scene.network, place), "temperature", ROOM))
-    )
+    body = None if place is None else _body(scene.network, place)
+    return _mean(getattr(body, "temperature", ROOM))
 
 
 def _mean(value: Any) -> float:
@@ -361,14 +346,10 @@ def _from_scene(scene: Scene) -> dict[str, Any]:
     for pair in brake.pairs:
         areas = brake.rubbing_part(pair).area  # of one lining, or of each
         if areas is not None:
-            name = (
-                "outer_area"
-                if brake.in_series and pair == "external"
-                else "lining_area"
-            )
-            inputs[name] = brake.rims * float(
-                np.sum(np.broadcast_to(areas, (brake.linings.count,)))
-            )
+            outer = brake.in_series and pair == "external"
+            all_linings = np.sum(np.broadcast_to(areas, (brake.linings.count,)))
+            name = "outer_area" if outer else "lining_area"
+            inputs[name] = brake.rims * float(all_linings)
     T = start_temperature(scene)
     inputs |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
     if heat.external is not None:
@@ -400,14 +381,16 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
                 )
     inputs: dict[str, Input] = {}
     for name, value in given.items():
-        unit = _NUMBERS[name].unit if name in _NUMBERS else ""
-        if value is not None:
-            inputs[name] = Input(name, value, unit, "given")
-        elif own.get(name) is not None:
-            inputs[name] = Input(name, own[name], unit, "scene")
-        elif name in _ASSUMED:
+        source = "given"
+        if value is None:
+            value = own.get(name)
+            source = "scene"
+        if value is None and name in _ASSUMED:
             value, source = _ASSUMED[name]
-            inputs[name] = Input(name, value, unit, source)
+        elif value is None:
+            continue
+        unit = _NUMBERS[name].unit if name in _NUMBERS else ""
+        inputs[name] = Input(name, value, unit, source)
     brake = banded_brake(scene)
     wraps = [float(np.sum(linings.weights)) for linings in brake.bands_of_linings]
     tracks = brake.rims * len(wraps)
@@ -416,52 +399,33 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
         if name not in inputs or inputs[name].value is None:
             inputs[name] = Input(name, value, _NUMBERS[name].unit, source)
 
-    words = (
-        "one rim, 0.220 m wide (V)"
-        if tracks == 1
-        else f"{tracks} rims, 0.220 m wide each (V)"
-    )
-    derive(
-        "track_area",
-        tracks * float(polished_surface(float(brake.pulley.radius), 0.220)),
-        words,
-    )
+    words = "one rim, 0.220 m wide (V)"
+    if tracks > 1:
+        words = f"{tracks} rims, 0.220 m wide each (V)"
+    radius = float(brake.pulley.radius)
+    derive("track_area", tracks * float(polished_surface(radius, 0.220)), words)
     track = inputs["track_area"].value
-    derive(
-        "lining_area",
-        min(1.0, float(np.mean(wraps)) / (2 * np.pi)) * track,
-        "linings as wide as the track",
-    )
+    share = min(1.0, float(np.mean(wraps)) / (2 * np.pi))
+    derive("lining_area", share * track, "linings as wide as the track")
     rim, lining, band = (inputs[name].value for name in _MATERIALS)
     derive("share", float(effusivity_share(rim, lining)), "effusivities (Charron)")
     if scene.brake.in_series:
-        outer = (
-            inputs["lining_area"].value
-            * float(brake.radius)
-            / float(brake.pulley.radius)
-        )
+        outer = inputs["lining_area"].value * float(brake.radius) / radius
         derive("outer_area", outer, "inner faces, larger by the radius")
-        derive(
-            "external_share",
-            float(effusivity_share(band, lining)),
-            "effusivities (Charron)",
-        )
+        share = float(effusivity_share(band, lining))
+        derive("external_share", share, "effusivities (Charron)")
         derive("beyond_share", 0.0, "none (default)")
         inputs |= _band(scene, inputs)
     derive("matte_area", track, _ASSUMED["matte_area"][1])
     overlap = inputs["lining_area"].value / track
     if overlap > 1 + 1e-9:
-        raise input_error(
-            "lining_area",
-            f"covers {overlap:.4g} of the track",
-            "the linings cannot cover more than the track",
-        )
-    inputs["overlap"] = Input(
-        "overlap", min(overlap, 1.0), "1", "lining_area/track_area"
-    )
-    inputs["start"] = Input(
-        "start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C"
-    )
+        what = f"covers {overlap:.4g} of the track"
+        hint = "the linings cannot cover more than the track"
+        raise input_error("lining_area", what, hint)
+    overlap = min(overlap, 1.0)
+    inputs["overlap"] = Input("overlap", overlap, "1", "lining_area/track_area")
+    source = "scene" if scene.heated else "20 °C"
+    inputs["start"] = Input("start", start_temperature(scene), "K", source)
     return inputs
 
 
@@ -472,20 +436,9 @@ def _band(scene: Scene, inputs: dict[str, Input]) -> dict[str, Input]:
     thickness = inputs["band_thickness"]
     body = None if heat.band is None else _body(heat, heat.band)
     if isinstance(body, Lump) and thickness.source != "given":
-        metal = inputs["band"].value
-        per_metre = (
-            float(metal.density * metal.specific_heat) * inputs["outer_area"].value
-        )
-        thickness = Input(
-            "band_thickness",
-            _mean(body.capacity) / per_metre,
-            "m",
-            "scene: its capacity",
-        )
-    start = Input(
-        "band_start",
-        start_temperature(scene, "band"),
-        "K",
-        "20 °C" if body is None else "scene",
-    )
+        capacity = float(inputs["band"].value.heat_capacity)
+        value = _mean(body.capacity) / (capacity * inputs["outer_area"].value)
+        thickness = thickness._replace(value=value, source="scene: its capacity")
+    source = "20 °C" if body is None else "scene"
+    start = Input("band_start", start_temperature(scene, "band"), "K", source)
     return {"band_thickness": thickness, "band_start": start}

@@ -527,7 +527,7 @@ def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
     yield EstimateRow(
         name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols
     )
-    capacity = Number("ρ c", (b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
+    capacity = Number("ρ c", b.rim.heat_capacity, "J/(m^3*K)")
     for name, (heat, rise) in cases.items():
         case = heating.rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
         rational.append(Number(f"δ, {name}", case.rational, "m"))
@@ -555,10 +555,7 @@ def _lining_thickness(c: Chain) -> Iterator[EstimateRow]:
     back = c.limits["back_permissible"]
     cases = {"braking": (b.time, c.face_peak, c.lining_body)}
     if b.run is not None and b.several:  # as if the rim had been as warm all the time
-        capacity = b.rim.density * b.rim.specific_heat
-        warm = c.start["rim"] + b.metal_heat / (
-            b.track_area * b.rim_thickness * capacity
-        )
+        warm = c.start["rim"] + b.whole_rise
         cases["whole duty"] = b.run.t[-1] - b.scene.initial.time, warm, b.start
     a = b.lining.diffusivity
     depth = float(heating.penetration_depth(a, b.time))
