@@ -83,6 +83,11 @@ class PairInProbe:
         self.pair: PairNow = p.shown.pairs[i]
 
     @property
+    def band(self) -> Any:
+        """Forces of the brake, `None` where it has no band."""
+        return None if self.p.shown.tension is None else self.p.flows.contact
+
+    @property
     def shares(self) -> PowerShares | None:
         return self.system.grip.shares
 
@@ -141,24 +146,30 @@ class PairInProbe:
         return Rubbing(abs(now.force), now.normal, abs(now.slip), pressure, None, ratio)
 
 
-def _reserve(p: Probe) -> VectorM | None:
+def _motor_power(s: PairInProbe) -> VectorM | None:
+    motor = s.p.flows.motor
+    return None if motor is None else -motor * s.p.y.omega
+
+
+def _lever_force(s: PairInProbe) -> VectorM | None:
+    """On the lever of a band, or on each pad or shoe."""
+    return s.p.flows.contact.slack_tension if s.band is None else s.p.lever_force
+
+
+def _reserve(s: PairInProbe) -> VectorM | None:
     """Static capacity over the load: not a number where there is no load, `None` where
     there never is."""
-    load, capacity = p.holding
+    load, capacity = s.p.holding
     xp = numpy_of(load)
     if xp is np and not np.any(load):
         return None
     return xp.where(load > 0, capacity / xp.where(load > 0, load, 1.0), np.nan)
 
 
-def _coolant(p: Probe) -> Any:
-    """The coolant of all jackets (`Stream`), `None` without any."""
-    return None if p.flows.thermal is None else p.flows.thermal.coolant
-
-
 def coolant_outlet(p: Probe) -> Float[Array, "m jackets"] | None:
     """Temperature of the coolant where it leaves; where nothing flows, of the wall."""
-    if (stream := _coolant(p)) is None:
+    stream = p.flows.thermal and p.flows.thermal.coolant
+    if stream is None:
         return None
     xp = numpy_of(stream.rate)
     flows = stream.rate > 0
@@ -169,14 +180,12 @@ def coolant_outlet(p: Probe) -> Float[Array, "m jackets"] | None:
     )
 
 
-def _nodes(p: Probe) -> Float[Array, "m k"] | None:
+def _nodes(s: PairInProbe) -> Float[Array, "m k"] | None:
     """Temperatures of all nodes."""
-    now = p.flows.thermal
-    return (
-        None
-        if now is None
-        else numpy_of(now.T).concatenate([now.T, now.T_junctions], axis=1)
-    )
+    now = s.p.flows.thermal
+    if now is None:
+        return None
+    return numpy_of(now.T).concatenate([now.T, now.T_junctions], axis=1)
 
 
 def sum_of(values: Iterable[Array | None]) -> Array:
@@ -190,35 +199,38 @@ def deceleration(p: Probe) -> VectorM:
     return slowing(p.mode, p.y.omega, p.flows.contact.alpha)
 
 
-class View(NamedTuple):
-    """How figures show a quantity of linings: its words, and the unit, in which the
-    value is `factor` times that in SI, plus `offset`."""
-
-    words: str
-    unit: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-
 class SeriesColumn(NamedTuple):
-    """A quantity over time: its unit (SI, "" for a number), its meaning, and how it is
+    """A quantity over time: its unit (SI, "" for a number), its meaning, and where it is
     found.
 
-    - `find(p, s)`: its values (m,) or (m, n) in a probe `p` of m times; `s`: the friction
-      pair (`PairInProbe`). `None` where a run does not have it
-    - `view`: how figures show it, of a quantity of linings
+    - `where`: its path from a friction pair in a probe (`PairInProbe`), or a function of
+      that; its values are (m,) or (m, n)
+    - `words`: of a quantity of linings, its name in figures; `like`: a value (SI) in
+      whose unit they show it, by default that of brakes
     - `unsigned`: means, maxima and figures take its absolute value
     """
 
     unit: str
     meaning: str
-    find: Callable[[Any, Any], Any]
-    view: View | None = None
+    where: str | Callable[[Any], Any]
+    words: str = ""
+    like: float | None = None
     unsigned: bool = False
 
-    def of(self, p: Any, s: Any) -> Any:
+    def find(self, seen: PairInProbe) -> Any:
+        """The quantity, `None` where a run does not have it: no part of its path."""
+        if callable(self.where):
+            return self.where(seen)
+        value: Any = seen
+        for name in self.where.split("."):
+            if value is None:
+                return None
+            value = value.get(name) if isinstance(value, dict) else getattr(value, name)
+        return value
+
+    def of(self, seen: PairInProbe) -> Any:
         """The quantity as means, maxima and figures take it."""
-        value = self.find(p, s)
+        value = self.find(seen)
         return abs(value) if self.unsigned and value is not None else value
 
 
@@ -227,35 +239,35 @@ FrictionForce = Annotated[
     EachLining,
     "N",
     "friction force on each lining",
-    lambda p, s: s.pair.friction,
-    View("friction force F", "kN", 1e-3),
+    "pair.friction",
+    "friction force F",
 ]
 FrictionCoefficient = Annotated[
     EachLining | None,
     "",
     "coefficient of friction of each lining, sliding",
-    lambda p, s: s.pair.coefficient,
-    View("coefficient of friction f", ""),
+    "pair.coefficient",
+    "coefficient of friction f",
 ]
 FrictionMemory = Annotated[
     Any,
     "",
     "state of the friction law of each lining (several: in the order of its PyTree)",
-    lambda p, s: s.memory,
+    "memory",
 ]
 FrictionPower = Annotated[
     EachLining,
     "W",
     "friction power of each lining",
-    lambda p, s: s.rubbing.power,
-    View("friction power", "kW", 1e-3),
+    "rubbing.power",
+    "friction power",
 ]
 MeanPressure = Annotated[
     EachLining | None,
     "Pa",
     "mean pressure on each lining",
-    lambda p, s: s.rubbing.pressure,
-    View("pressure N/A", "MPa", 1e-6),
+    "rubbing.pressure",
+    "pressure N/A",
 ]
 
 
@@ -277,49 +289,47 @@ class PairSeries(NamedTuple):
         EachLining,
         "N",
         "normal load on each lining, with preload and centrifugal force of a bandage",
-        lambda p, s: s.pair.normal,
-        View("normal load N", "kN", 1e-3),
+        "pair.normal",
+        "normal load N",
     ]
     friction_force: FrictionForce
     slip_speed: Annotated[
         EachLining,
         "m/s",
         "slip speed of each lining",
-        lambda p, s: s.pair.slip,
-        View("slip speed |v|", "m/s"),
+        "pair.slip",
+        "slip speed |v|",
+        None,
         True,
     ]
     sense: Annotated[
         Int[Array, "m n"],
         "",
         "0 the lining sticks, +1 and -1 it slides",
-        lambda p, s: s.pair.sense,
+        "pair.sense",
     ]
-    torque: Annotated[
-        VectorM, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque
-    ]
-    friction_work: Annotated[
-        VectorM, "J", "friction work since the start", lambda p, s: s.work
-    ]
+    torque: Annotated[VectorM, "N*m", "torque that the pair passes on", "pair.torque"]
+    friction_work: Annotated[VectorM, "J", "friction work since the start", "work"]
     heat: Annotated[
         VectorM,
         "J",
         "friction heat since the start",
-        lambda p, s: s.heat_share * s.work,
+        lambda s: s.heat_share * s.work,
     ]
     capacity: Annotated[
         VectorM | None,
         "N*m",
         "torque up to which the pair sticks, or with which it slides",
-        lambda p, s: s.pair.capacity,
+        "pair.capacity",
     ]
     friction_coefficient: FrictionCoefficient
     worn_thickness: Annotated[
         EachLining | None,
         "m",
         "thickness that each lining lost since the start",
-        lambda p, s: p.y.worn and p.y.worn[s.i],
-        View("thickness worn off since the start", "µm", 1e6),
+        lambda s: s.p.y.worn and s.p.y.worn[s.i],
+        "thickness worn off since the start",
+        5e-6,
     ]
     friction_memory: FrictionMemory
     friction_power: FrictionPower
@@ -327,37 +337,37 @@ class PairSeries(NamedTuple):
         EachLining,
         "N",
         "friction of each lining at the radius of its slip, under a band |T_i - T_(i-1)|",
-        lambda p, s: s.rubbing.increment,
-        View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
+        "rubbing.increment",
+        "tension increment |Tᵢ − Tᵢ₋₁|",
     ]
     pressure: MeanPressure
     slack_edge_pressure: Annotated[
         EachLining | None,
         "Pa",
         "pressure at the edge of each lining towards the slack end",
-        lambda p, s: s.rubbing.edge_pressure(0.0),
-        View("pressure at the edge towards the slack end", "MPa", 1e-6),
+        lambda s: s.rubbing.edge_pressure(0.0),
+        "pressure at the edge towards the slack end",
     ]
     tight_edge_pressure: Annotated[
         EachLining | None,
         "Pa",
         "pressure at the edge of each lining towards the tight end",
-        lambda p, s: s.rubbing.edge_pressure(1.0),
-        View("pressure at the edge towards the tight end", "MPa", 1e-6),
+        lambda s: s.rubbing.edge_pressure(1.0),
+        "pressure at the edge towards the tight end",
     ]
     edge_pressure_ratio: Annotated[
         EachLining | None,
         "",
         "pressure at the tight edge of each lining over that at the slack edge",
-        lambda p, s: s.rubbing.tension_ratio,
-        View("tight over slack edge pressure", ""),
+        "rubbing.tension_ratio",
+        "tight over slack edge pressure",
     ]
     temperature: Annotated[
         Float[Array, "m l"] | None,
         "K",
         "surface temperature of the linings where the pair rubs",
-        lambda p, s: s.surface,
-        View("surface temperature", "°C", 1.0, -273.15),
+        "surface",
+        "surface temperature",
     ]
 
 
@@ -394,288 +404,283 @@ class Series(NamedTuple):
             )
             raise AttributeError(f"'Series' object has no attribute {name!r}{hint}")
 
-    t: Annotated[VectorM, "s", "time", lambda p, s: p.t]
-    phi: Annotated[
-        VectorM, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi
-    ]
+    t: Annotated[VectorM, "s", "time", "p.t"]
+    phi: Annotated[VectorM, "rad", "angle of the pulley since the start", "p.y.phi"]
     omega: Annotated[
         VectorM,
         "rad/s",
         "speed of the pulley, positive in the braking direction",
-        lambda p, s: p.y.omega,
+        "p.y.omega",
     ]
     elongation: Annotated[
-        VectorM | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation
+        VectorM | None, "m", "elongation x of the band", "p.shown.elongation"
     ]
     slack_tension: Annotated[
         OfBand,
         "N",
         "tension T_0 of the band at the slack (lever) end; of alike rims that of one, "
         "of unlike bands the sum",
-        lambda p, s: None if p.shown.tension is None else p.flows.contact.slack_tension,
+        "band.slack_tension",
     ]
     tight_tension: Annotated[
         OfBand,
         "N",
         "tension T_n of the band at the tight (anchor) end; of alike rims that of one, "
         "of unlike bands the sum",
-        lambda p, s: None if p.shown.tension is None else p.flows.contact.tight_tension,
+        "band.tight_tension",
     ]
     load_torque: Annotated[
         VectorM,
         "N*m",
         "torque of the load on the pulley",
-        lambda p, s: p.flows.load_torque,
+        "p.flows.load_torque",
     ]
     shaft_torque: Annotated[
         VectorM | None,
         "N*m",
         "torque on the shaft beside load and brake, against the rotation",
-        lambda p, s: None if p.flows.shaft is None else p.flows.shaft.total,
+        "p.flows.shaft.total",
     ]
     shaft_work: Annotated[
         VectorM | None,
         "J",
         "heat of the torques on the shaft beside load and brake since the start",
-        lambda p, s: p.y.ledger.shaft and sum_of(p.y.ledger.shaft),
+        lambda s: s.p.y.ledger.shaft and sum_of(s.p.y.ledger.shaft),
     ]
     motor_torque: Annotated[
         VectorM | None,
         "N*m",
         "torque of the motor, against the braking direction",
-        lambda p, s: p.flows.motor,
+        "p.flows.motor",
     ]
     motor_power: Annotated[
         VectorM | None,
         "W",
         "power of the motor, negative where it holds the load back",
-        lambda p, s: None if p.flows.motor is None else -p.flows.motor * p.y.omega,
+        _motor_power,
     ]
     motor_work: Annotated[
         VectorM | None,
         "J",
         "work of the motor since the start",
-        lambda p, s: p.y.ledger.motor,
+        "p.y.ledger.motor",
     ]
     brake_torque: Annotated[
         VectorM,
         "N*m",
         "torque of the brake against the pulley",
-        lambda p, s: p.flows.contact.brake_torque,
+        "p.flows.contact.brake_torque",
     ]
     slip_speed: Annotated[
         VectorM,
         "m/s",
         "speed of the track past the linings of the band",
-        lambda p, s: p.flows.contact.slip_speed,
+        "p.flows.contact.slip_speed",
     ]
     at_limit: Annotated[
         Int[Array, " m"],
         "",
         "number of linings at their limit of friction",
-        lambda p, s: s.pair.at_limit.sum(axis=1),
+        lambda s: s.pair.at_limit.sum(axis=1),
     ]
     band_mode: Annotated[
         Int[Array, " m"],
         "",
         "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held",
-        lambda p, s: p.mode.band,
+        "p.mode.band",
     ]
     rope_layer: Annotated[
         Int[Array, " m"] | None,
         "",
         "layer of the rope on the drum that pays out, from 1",
-        lambda p, s: p.mode.layer,
+        "p.mode.layer",
     ]
     load_work: Annotated[
         VectorM,
         "J",
         "work of the load since the start",
-        lambda p, s: p.y.ledger.load_work,
+        "p.y.ledger.load_work",
     ]
     rope_work: Annotated[
         VectorM | None,
         "J",
         "work of the weight of ropes or chain since the start",
-        lambda p, s: p.y.ledger.ropes,
+        "p.y.ledger.ropes",
     ]
     pick_up_heat: Annotated[
         VectorM | None,
         "J",
         "energy lost since the start as chain and anchor begin or end their motion",
-        lambda p, s: p.y.ledger.pick_up,
+        "p.y.ledger.pick_up",
     ]
     lever_work: Annotated[
         VectorM,
         "J",
         "work of the lever since the start",
-        lambda p, s: p.y.ledger.lever_work,
+        "p.y.ledger.lever_work",
     ]
     friction_heat: Annotated[
         VectorM,
         "J",
         "friction heat since the start",
-        lambda p, s: s.heat_share * s.all_work,
+        lambda s: s.heat_share * s.all_work,
     ]
     tension: Annotated[
         EachLining | None,
         "N",
         "tension of the band behind each lining, counted from the slack end",
-        lambda p, s: p.shown.tension,
-        View("tension T behind the lining", "kN", 1e-3),
+        "p.shown.tension",
+        "tension T behind the lining",
     ]
     lever_force: Annotated[
         VectorM | None,
         "N",
         "force of the actuator on each pad or shoe, or on the lever of a band",
-        lambda p, s: (
-            p.flows.contact.slack_tension if p.shown.tension is None else p.lever_force
-        ),
+        _lever_force,
     ]
     actuator_pressure: Annotated[
         VectorM | None,
         "Pa",
         "gauge pressure of the cylinder of the actuator",
-        lambda p, s: p.actuator_pressure,
+        "p.actuator_pressure",
     ]
-    normal_load: Annotated[
-        EachLining, "N", "normal load on each lining", lambda p, s: s.pair.normal
-    ]
+    normal_load: Annotated[EachLining, "N", "normal load on each lining", "pair.normal"]
     friction_force: FrictionForce
     temperature: Annotated[
         Float[Array, "m k"] | None,
         "K",
         "temperature of every thermal node",
-        lambda p, s: _nodes(p),
+        _nodes,
     ]
     rim_temperature: Annotated[
         Float[Array, "m r"] | None,
         "K",
         "surface temperature of the rim",
-        lambda p, s: p.surfaces.get("rim"),
+        "p.surfaces.rim",
     ]
     lining_temperature: Annotated[
         Float[Array, "m l"] | None,
         "K",
         "surface temperature of the linings",
-        lambda p, s: p.surfaces.get("linings"),
+        "p.surfaces.linings",
     ]
     band_temperature: Annotated[
         Float[Array, "m b"] | None,
         "K",
         "temperature of the band",
-        lambda p, s: p.surfaces.get("band"),
+        "p.surfaces.band",
     ]
     heat_lost: Annotated[
         VectorM | None,
         "J",
         "heat lost to the surroundings since the start",
-        lambda p, s: p.y.ledger.heat and p.y.ledger.heat.lost,
+        "p.y.ledger.heat.lost",
     ]
     heat_to_coolant: Annotated[
         VectorM | None,
         "J",
         "heat that the coolant of all jackets carried away since the start",
-        lambda p, s: p.y.ledger.heat and p.y.ledger.heat.coolant,
+        "p.y.ledger.heat.coolant",
     ]
     coolant_heat_flow: Annotated[
         Float[Array, "m jackets"] | None,
         "W",
         "heat flow into the coolant of each jacket",
-        lambda p, s: _coolant(p) and _coolant(p).heat,
+        "p.flows.thermal.coolant.heat",
     ]
     coolant_temperature: Annotated[
         Float[Array, "m jackets"] | None,
         "K",
         "temperature of the coolant at the outlet",
-        lambda p, s: coolant_outlet(p),
+        lambda s: coolant_outlet(s.p),
     ]
     wetted_temperature: Annotated[
         Float[Array, "m jackets"] | None,
         "K",
         "temperature of the wall that the coolant wets",
-        lambda p, s: p.surfaces.get("wetted"),
+        "p.surfaces.wetted",
     ]
     friction_coefficient: FrictionCoefficient
     lining_outer_temperature: Annotated[
         Float[Array, "m o"] | None,
         "K",
         "temperature of the outer faces of the linings",
-        lambda p, s: p.surfaces.get("outer"),
+        "p.surfaces.outer",
     ]
     bandage_speed: Annotated[
         VectorM | None,
         "rad/s",
         "speed of the bandage (the mean of the linings where each has its own)",
-        lambda p, s: p.shown.bandage_speed,
+        "p.shown.bandage_speed",
     ]
     lining_speed: Annotated[
         EachLining | None,
         "rad/s",
         "speed of each lining",
-        lambda p, s: p.shown.lining_speed,
+        "p.shown.lining_speed",
     ]
     displacement: Annotated[
         EachLining | None,
         "m",
         "displacement of each lining along the band circle",
-        lambda p, s: p.shown.displacement,
-        View("displacement u along the band", "mm", 1e3),
+        "p.shown.displacement",
+        "displacement u along the band",
+        5e-3,
     ]
     damper_heat: Annotated[
         VectorM | None,
         "J",
         "heat of dampers since the start",
-        lambda p, s: p.y.ledger.damper_heat,
+        "p.y.ledger.damper_heat",
     ]
     electrical_work: Annotated[
         VectorM | None,
         "J",
         "electrical part of the friction work since the start",
-        lambda p, s: s.shares and s.shares.electrical * s.all_work,
+        lambda s: s.shares and s.shares.electrical * s.all_work,
     ]
     mechanical_work: Annotated[
         VectorM | None,
         "J",
         "mechanical part of the friction work since the start",
-        lambda p, s: s.shares and s.shares.mechanical * s.all_work,
+        lambda s: s.shares and s.shares.mechanical * s.all_work,
     ]
     worn_thickness: Annotated[
         EachLining | None,
         "m",
         "thickness that each lining lost since the start",
-        lambda p, s: p.y.worn and sum_of(p.y.worn),
+        lambda s: s.p.y.worn and sum_of(s.p.y.worn),
     ]
     friction_memory: FrictionMemory
     hook_position: Annotated[
         VectorM | None,
         "m",
         "travel of the hook downwards since the start",
-        lambda p, s: p.hook and p.hook.travel,
+        "p.hook.travel",
     ]
     hook_speed: Annotated[
         VectorM | None,
         "m/s",
         "speed of the hook, positive downwards",
-        lambda p, s: p.hook and p.hook.speed,
+        "p.hook.speed",
     ]
     deceleration: Annotated[
         VectorM,
         "rad/s^2",
         "deceleration −d|ω|/dt of the pulley, positive while it slows, 0 at rest",
-        lambda p, s: deceleration(p),
+        lambda s: deceleration(s.p),
     ]
     hook_deceleration: Annotated[
         VectorM | None,
         "m/s^2",
         "deceleration −d|v|/dt of the hook, positive while it slows",
-        lambda p, s: p.hook and p.hook.deceleration,
+        "p.hook.deceleration",
     ]
     hook_load: Annotated[
         VectorM | None,
         "N",
         "force on the hook, weight less inertia",
-        lambda p, s: p.hook and p.hook.force,
+        "p.hook.force",
     ]
     rope_tension: Annotated[
         VectorM | None,
@@ -683,26 +688,26 @@ class Series(NamedTuple):
         "tension of the tightest line of the rope: hook load over lines strung; with a "
         "`TackleLoss` of the fast line "
         "in hoisting, of the dead line in lowering, at rest the larger one of both",
-        lambda p, s: p.hook and p.hook.rope,
+        "p.hook.rope",
     ]
     fast_line_tension: Annotated[
         VectorM | None,
         "N",
         "tension of the line on the drum, with a `TackleLoss`; at rest the largest that it can be",
-        lambda p, s: p.hook and p.hook.fast,
+        "p.hook.fast",
     ]
     dead_line_tension: Annotated[
         VectorM | None,
         "N",
         "tension of the line at the dead-line anchor, with a `TackleLoss`; at rest the "
         "largest that it can be",
-        lambda p, s: p.hook and p.hook.dead,
+        "p.hook.dead",
     ]
     rope_stretch: Annotated[
         VectorM | None,
         "m",
         "stretch of the elastic rope at the hook, below 0: slack by that",
-        lambda p, s: p.hook and p.hook.stretch,
+        "p.hook.stretch",
     ]
     holding_reserve: Annotated[
         VectorM | None,
@@ -710,7 +715,7 @@ class Series(NamedTuple):
         "static capacity of the brake over the load on a pulley at rest, under the "
         "tension of that instant, "
         "of a lever that follows the speed under its limit",
-        lambda p, s: _reserve(p),
+        _reserve,
     ]
     friction_power: FrictionPower
     pressure: MeanPressure
@@ -791,7 +796,7 @@ PAIR_COLUMNS = _columns_in(PairSeries)
 LINING_QUANTITIES = {
     name: about
     for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items()
-    if about.view
+    if about.words
 }
 
 
@@ -800,7 +805,7 @@ def series_of(p: Probe, system: BrakeSystem) -> Series:
     pairs = [PairInProbe(system, p, i) for i in range(len(system.pair_names))]
 
     def find(columns: dict[str, SeriesColumn], pair: PairInProbe) -> dict[str, Any]:
-        return {name: column.find(p, pair) for name, column in columns.items()}
+        return {name: column.find(pair) for name, column in columns.items()}
 
     each = [PairSeries(**find(PAIR_COLUMNS, pair)) for pair in pairs]
     return Series(

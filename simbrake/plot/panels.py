@@ -19,12 +19,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._numbers import in_rig_units, number, reading
+from .._base._numbers import Reading, number, reading
 from ..loads import AbstractString
-from ..outputs.quantities import LINING_QUANTITIES, Series, View
+from ..outputs.quantities import LINING_QUANTITIES, Series
 from ..runs.findings import in_words_of
 from ..runs.linings import (
-    VIEW_OF_HEAT,
+    ABOUT_HEAT,
     Contact,
     RunningIn,
     lining_values,
@@ -743,7 +743,7 @@ def lining_values_map(
     axes = drawn_in(ax, *_SIZE)
     brake = result.scene.brake
     n = brake.linings.count
-    shown = np.broadcast_to(view.factor * values + view.offset, (len(edges) - 1, n)).T
+    shown = np.broadcast_to(view(values), (len(edges) - 1, n)).T
     if len(result.stops) > 1:
         edges, shown = _wide_enough(edges, shown)
     bottom = float(shown.min())
@@ -757,8 +757,7 @@ def lining_values_map(
         vmin=bottom,
         vmax=top if top > bottom else bottom + 1.0,
     )
-    unit = f", {view.unit}" if view.unit else " (–)"
-    axes.figure.colorbar(mesh, ax=axes, label=f"{words}{unit}", pad=0.01)
+    axes.figure.colorbar(mesh, ax=axes, label=view.axis(words, " (–)"), pad=0.01)
     axes.set_xlim(low, high)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     one_band = len(brake.bands_of_linings) == 1
@@ -794,13 +793,9 @@ def _wide_enough(
     return lines, greatest
 
 
-def view_of(quantity: str) -> tuple[View, str]:
-    """How a quantity of linings is shown, and its words with symbols set."""
-    about = LINING_QUANTITIES.get(quantity)
-    view = VIEW_OF_HEAT if about is None else about.view
-    assert view is not None
-    if in_rig_units():
-        shown = reading("J" if about is None else about.unit, 5 / view.factor)
-        view = view._replace(factor=shown.factor, offset=shown.offset, unit=shown.name)
-    symbols = re.sub(r"\b([NTFfuv])\b", r"$\1$", view.words)
-    return view, symbols.replace("|Tᵢ − Tᵢ₋₁|", "$|T_i - T_{i-1}|$")
+def view_of(quantity: str) -> tuple[Reading, str]:
+    """How a quantity of linings is read, and its words with symbols set."""
+    about = LINING_QUANTITIES.get(quantity, ABOUT_HEAT)
+    symbols = re.sub(r"\b([NTFfuv])\b", r"$\1$", about.words)
+    words = symbols.replace("|Tᵢ − Tᵢ₋₁|", "$|T_i - T_{i-1}|$")
+    return reading(about.unit, about.like), words

@@ -23,7 +23,7 @@ from ..hybrid.struct import Struct, structural
 from ..outputs.extremes import peak_of_each
 from ..outputs.probe import POINTS, Probe, as_tree, integral, probe_many
 from ..outputs.programs import record_of
-from ..outputs.quantities import LINING_QUANTITIES, PairInProbe, Rubbing, View
+from ..outputs.quantities import LINING_QUANTITIES, PairInProbe, Rubbing, SeriesColumn
 from ..physics._brake import BrakeSystem
 from ..physics.heated import thermal_of
 from .result import Result, look, require_one
@@ -35,7 +35,7 @@ WearRate = NumberOrArray | Callable[..., Any]
 Run = Result | Record
 #: a quantity of linings that only maps have, as it is summed over their cells
 FRICTION_HEAT = "friction_heat"
-VIEW_OF_HEAT = View("friction heat since the start", "kJ", 1e-3)
+ABOUT_HEAT = SeriesColumn("J", "", "", "friction heat since the start")
 
 
 def fault_of_pair(pair: str, pairs: Iterable[str]) -> Fault | None:
@@ -133,7 +133,7 @@ def _seen(system: BrakeSystem, p: Probe, pair: str) -> PairInProbe:
 def _value(seen: PairInProbe, quantity: str) -> Any:
     """A quantity of the linings. Raises `InputError` where the run does not have
     it."""
-    value = LINING_QUANTITIES[quantity].of(seen.p, seen)
+    value = LINING_QUANTITIES[quantity].of(seen)
     if value is None:
         raise InputError([_absent(seen.system, quantity)])
     return value
