@@ -268,27 +268,19 @@ class App:
         )
         parts = head(result, limit_checks(result, self.limits), self.title)
         verdict: Verdict = parts["verdict"]
-        rows = [
-            [
-                row.heading,
-                row.value,
-                row.limit,
-                row.margin,
-                str(row.state),
-                BADGES[row.state.colour],
-            ]
-            for row in verdict.rows
-        ]
+        rows = []
+        for row in verdict.rows:
+            badge = BADGES[row.state.colour]
+            cells = [row.heading, row.value, row.limit, row.margin]
+            rows.append([*cells, str(row.state), badge])
         shown = {
             "colour": str(verdict.colour),
             "headline": f"{verdict.reason}: {verdict.headline}",
             "text": parts["outcome"],
             "rows": rows,
+            "metrics": metric_rows(parts["figures"]),
         }
-        return {
-            "results": {**shown, "metrics": metric_rows(parts["figures"])},
-            "run": self._run(result),
-        }
+        return {"results": shown, "run": self._run(result)}
 
     def saved(self, values: Any) -> Data:
         """The scene with values of sliders as a scene file, or what is wrong with
@@ -346,12 +338,10 @@ class _Handler(http.server.BaseHTTPRequestHandler):
 
     def _begin(self, kind: str, length: int | None = None) -> None:
         self.send_response(200)
-        lengths = {} if length is None else {"Content-Length": str(length)}
-        for name, value in {
-            "Content-Type": f"{kind}; charset=utf-8",
-            **lengths,
-            **_HEADERS,
-        }.items():
+        headers = _HEADERS | {"Content-Type": f"{kind}; charset=utf-8"}
+        if length is not None:
+            headers["Content-Length"] = str(length)
+        for name, value in headers.items():
             self.send_header(name, value)
         self.end_headers()
 
@@ -373,11 +363,8 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         if wanted is None:
             return
         counted = length.isascii() and length.isdigit() and len(length) < 10
-        if (
-            self.headers.get("Content-Type") != "application/json"
-            or not counted
-            or int(length) > _LONGEST
-        ):
+        asked = self.headers.get("Content-Type") == "application/json"
+        if not asked or not counted or int(length) > _LONGEST:
             return self.send_error(400, "not a request of the page")
         try:
             values = json.loads(self.rfile.read(int(length)))["values"]
@@ -395,12 +382,8 @@ class _Handler(http.server.BaseHTTPRequestHandler):
             self._begin("application/x-ndjson")
             try:
                 for answer in self.server.app.answers(values):
-                    self.wfile.write(
-                        json.dumps(
-                            answer, allow_nan=False, separators=(",", ":")
-                        ).encode()
-                        + b"\n"
-                    )
+                    text = json.dumps(answer, allow_nan=False, separators=(",", ":"))
+                    self.wfile.write(f"{text}\n".encode())
                     self.wfile.flush()
             except (BrokenPipeError, ConnectionResetError):
                 pass  # the page has made another move

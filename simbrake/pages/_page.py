@@ -181,13 +181,13 @@ def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
 
 def draw(subject: Subject, picture: Picture) -> Contents:
     """One figure, as an image inside the page."""
-    about = {
+    return {
         "name": picture.key,
         "title": picture.title,
         "caption": picture.caption,
         "drawn": picture.drawn,
+        "address": data_uri(picture.figure(subject)),
     }
-    return {**about, "address": data_uri(picture.figure(subject))}
 
 
 # --- the page -----------------------------------------------------------------------
@@ -288,12 +288,12 @@ def contents(
     scene = result.scene
     report = result.report()
     summary = report.summary
-    brake = result.scene.brake
+    brake = scene.brake
     parts = parts_of(scene)
     linings = f"{brake.words.lining}s"
     linings += "" if brake.rims == 1 else f" on each of {brake.rims} rims"
     events = event_table(result.events)
-    checks = limit_checks(result, limits)
+    kind = f"A run of a {brake.kind} with {brake.linings.count} {linings}"
     origin = {
         name: value
         for name, value in provenance(result).items()
@@ -305,11 +305,7 @@ def contents(
         if name != "one_function"
     }
     return {
-        **head(
-            result,
-            checks,
-            title or f"A run of a {brake.kind} with {brake.linings.count} {linings}",
-        ),
+        **head(result, limit_checks(result, limits), title or kind),
         "kind": "report",
         "data": {"run": live(result), "still": still(scene)}
         if lasted(result)

@@ -54,6 +54,7 @@ _FLAGS = (
     "-std=c99",
     "-ffp-contract=off",
     "-s",
+    "-Wl,-z,stack-size=4194304",
 )
 
 
@@ -97,9 +98,6 @@ def publish(
     ]
     metrics.append("energy.friction_heat")
     progress.now("printing")
-    notes = [
-        f"Relative tolerance {rtol:g}. Checks between several numbers of a scene are not made here."
-    ]
     steps = possible_inputs(scene) is not None
     # other numbers may need more steps
     room = max(256, 2 * room_for(base))
@@ -168,7 +166,10 @@ def publish(
         "Values in fields may leave the range "
         "of their slider.",
         "pictures": [draw(base, PICTURES[0])] if base.ok else (),
-        "notes": notes,
+        "notes": [
+            f"Relative tolerance {rtol:g}. Checks between several numbers of a scene "
+            "are not made here."
+        ],
         "data": {"live": data},
     }
     page = render(parts)
@@ -186,26 +187,12 @@ def _compiled(text: str, steps: bool, rows: int) -> bytes:
         (scratch / "scene.c").write_text(text, "utf-8")
         (scratch / "live.c").write_text(template_file("live.c"), "utf-8")
         defined = [f"-DROWS={rows}", *(["-DSTEPS"] if steps else [])]
-        call = [
-            sys.executable,
-            "-m",
-            "ziglang",
-            "cc",
-            *_FLAGS,
-            *defined,
-            "-Wl,-z,stack-size=4194304",
-        ]
-        done = subprocess.run(
-            [*call, "-o", "live.wasm", "live.c"],
-            cwd=scratch,
-            capture_output=True,
-            text=True,
-        )
+        zig = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, *defined]
+        call = [*zig, "-o", "live.wasm", "live.c"]
+        done = subprocess.run(call, cwd=scratch, capture_output=True, text=True)
         if done.returncode:
-            error = next(
-                (line for line in done.stderr.splitlines() if "error" in line),
-                done.stderr[-200:],
-            )
+            lines = [line for line in done.stderr.splitlines() if "error" in line]
+            error = [*lines, done.stderr[-200:]][0]
             raise input_error("ziglang", f"failed: {error}", OTHER_PAGES)
         return (scratch / "live.wasm").read_bytes()
 
@@ -219,12 +206,8 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
             field, index = entry_of(path)
             value = float(np.ravel(fields[field].value)[index or 0])
             about = fields[field].about
-            controls.append(
-                {
-                    **slider_of(path, value, about, (low, high)),
-                    "group": field.rpartition(".")[0] or "scene",
-                }
-            )
+            group = {"group": field.rpartition(".")[0] or "scene"}
+            controls.append(slider_of(path, value, about, (low, high)) | group)
     else:
         # (limits are those of the start: what a slider moves is a run)
         there = {
@@ -279,24 +262,20 @@ def _metrics(
     for name in names:
         unit = unit_of(name)
         limit = limits.get(name)
-        reading = {
-            # (the last one for what is smaller; of a difference without the offset)
-            "scales": [*scales(unit), (0.0, *scale(unit, 0.0, absolute=True)[::2])],
-            "offset": scale(unit, 0.0, absolute=True)[1],
-            "difference": scale(unit, 0.0)[2],
-            "si_unit": pretty(unit),
-        }
-        small = (
-            0.0
-            if limit is None
-            else SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
-        )
-        about = {
+        factor, offset, read_in = scale(unit, 0.0, absolute=True)
+        small = 0.0
+        if limit is not None:
+            small = SMALL_MARGIN * max(limit - ROOM * (unit == "K"), 0.0)
+        yield {
             "name": name,
             "words": title_of(name, base.scene),
-            **reading,
+            # (the last one for what is smaller; of a difference without the offset)
+            "scales": [*scales(unit), (0.0, factor, read_in)],
+            "offset": offset,
+            "difference": scale(unit, 0.0)[2],
+            "si_unit": pretty(unit),
             "limit": limit,
             "least": is_least(name),
             "small": small,
+            "decides": name in decide,
         }
-        yield {**about, "decides": name in decide}

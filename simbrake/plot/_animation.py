@@ -53,28 +53,13 @@ def animate(
     issues = Issues()
     low, high = part_to_play(result, start, end, issues)
     frames = duration * fps
-    for good, name, what, hint in (
-        (
-            file.suffix.lower() == ".gif",
-            "path",
-            f"{file.name!r} is no animation",
-            "let it end in .gif",
-        ),
-        (
-            0.0 < fps <= 50.0,
-            "fps",
-            f"{fps:g} frames a second cannot be shown",
-            "more than 0, up to 50",
-        ),
-        (
-            0.0 < frames <= _FRAMES,
-            "duration",
-            f"makes {frames:.0f} frames",
-            f"1 to {_FRAMES}",
-        ),
-    ):
-        if not good:
-            issues.add(name, what, hint)
+    if file.suffix.lower() != ".gif":
+        issues.add("path", f"{file.name!r} is no animation", "let it end in .gif")
+    if not 0.0 < fps <= 50.0:
+        what = f"{fps:g} frames a second cannot be shown"
+        issues.add("fps", what, "more than 0, up to 50")
+    if not 0.0 < frames <= _FRAMES:
+        issues.add("duration", f"makes {frames:.0f} frames", f"1 to {_FRAMES}")
     issues.report()
     times = np.linspace(low, high, max(2, round(frames)))
     tops = tops_of(look(result, times))
