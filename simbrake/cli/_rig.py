@@ -162,11 +162,12 @@ def _as_option(fault: Fault) -> Fault:
     from ..rig._ledger import POSITIVE
     from ..rig._lowerings import THRESHOLDS
 
-    name, _, rest = fault.path.partition(" ")
+    path = fault.path
+    name, _, rest = path.partition(" ")
     if name in THRESHOLDS:
-        fault = dataclasses.replace(fault, path=f"--threshold {name}")
+        path = f"--threshold {name}"
     elif name == "threshold":
-        fault = dataclasses.replace(fault, path=f"--{fault.path}")
+        path = f"--{path}"
     elif name in (
         *POSITIVE,
         "efficiency",
@@ -178,10 +179,11 @@ def _as_option(fault: Fault) -> Fault:
         "time",
     ):
         option = "column" if name == "names" else name.replace("_", "-")
-        fault = dataclasses.replace(fault, path=f"--{option} {rest}".strip())
+        path = f"--{option} {rest}".strip()
     hint = re.sub(r"names=\{'(\w+)': '(.*?)'\}", r'--column "\1=\2"', fault.hint)
     hint = re.sub(r"time=(\('.*?'\)|'[^']*')", lambda match: _as_times(match[1]), hint)
-    return dataclasses.replace(fault, hint=re.sub(r"\blines=", "--lines", hint))
+    hint = re.sub(r"\blines=", "--lines", hint)
+    return dataclasses.replace(fault, path=path, hint=hint)
 
 
 #: commands and their exit codes

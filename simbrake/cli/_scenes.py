@@ -101,13 +101,12 @@ def _listed(entries: list[Shipped]) -> str:
     """The names with their titles."""
     width = max(len(entry.name) for entry in entries)
     room = max(shutil.get_terminal_size((200, 24)).columns - width - 4, 40)
-    titles = {entry: entry.title for entry in entries}
-    rows = {
-        entry: f"  {entry.name:{width}}  {textwrap.shorten(titles[entry], room, placeholder='…')}"
-        for entry in entries
-    }
-    templates = [row for entry, row in rows.items() if entry.template]
-    scenes = [row for entry, row in rows.items() if not entry.template]
+    templates = []
+    scenes = []
+    for entry in entries:
+        title = textwrap.shorten(entry.title, room, placeholder="…")
+        rows = templates if entry.template else scenes
+        rows.append(f"  {entry.name:{width}}  {title}")
     how = "simbrake new NAME [FILE] writes one, simbrake run NAME runs it."
     tests = "\n".join(textwrap.wrap(", ".join(shipped_test_names()), room))
     parts = {
@@ -182,9 +181,7 @@ def check(
     except InputError as error:
         if not json_:
             raise
-        faults = [
-            {"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults
-        ]
+        faults = [vars(fault) for fault in error.faults]
         cli.tell("", json_, {"faults": faults, "warnings": []})
         return 2
     found = [*warnings(opened_scene), *plausibility(opened_scene)]
