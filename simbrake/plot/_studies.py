@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .._base._faults import Fault, Issues
-from .._base._numbers import Reading, number, pretty, reading
+from .._base._numbers import ZERO, Reading, number, pretty, reading
 from ..outputs.metrics import is_least
 from ..runs.measure import MetricLike, name_of
 from ..runs.result import Result
@@ -30,7 +30,6 @@ from .drawing import (
     CYCLE,
     GREY,
     VERMILLION,
-    ZERO,
     dense_grid,
     drawn_in,
     finish,

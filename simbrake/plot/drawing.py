@@ -35,8 +35,6 @@ from ..runs.result import Result
 Times: TypeAlias = Float[np.ndarray, " t"]  # s
 P = ParamSpec("P")
 
-ZERO = 273.15  # K
-
 #: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal
 #: Design*, 2008)
 BLUE = "#0072B2"

@@ -10,8 +10,6 @@ from ...thermal.materials import LIBRARY, Entry, Material, library, material
 from ...wear import ThresholdWear
 from .stress import ElasticMaterial
 
-_ZERO = 273.15  # K
-
 
 @explained
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -11,7 +11,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..._base._arguments import explained
-from ...plot.drawing import BLUE, VERMILLION, ZERO, ink, styled
+from ..._base._numbers import ZERO
+from ...plot.drawing import BLUE, VERMILLION, ink, styled
 from ._materials import LiningMaterial, RimMaterial
 from .material_table import MaterialComparison, MaterialRow
 

@@ -13,6 +13,7 @@ import numpy as np
 from jax.core import Tracer
 
 from ..._base._faults import Issues, input_error
+from ..._base._numbers import ZERO
 from ..._base._part import leaves
 from ..._base._progress import counting
 from ..._base._quantity import unit_suffix
@@ -40,7 +41,6 @@ from .heating import maximum_temperatures, transmission_table
 from .inputs import EstimateData, settle
 from .statics import classical_stop
 
-_ZERO = 273.15  # K
 #: times at which a run is evaluated
 _TIMES = 512
 #: default materials: V's four alloys and cast iron; the linings in the library
@@ -266,7 +266,7 @@ def criteria(
     """Limits of the materials for estimated or simulated values (SI)."""
 
     def hot(name: str, key: str, limit: float, of: str) -> Criterion:
-        words = f"{of} {values[key] - _ZERO:.0f} °C over {limit - _ZERO:.0f} °C"
+        words = f"{of} {values[key] - ZERO:.0f} °C over {limit - ZERO:.0f} °C"
         return Criterion(name, values[key] / limit, words)
 
     stress = f"stress {values['stress_ratio']:.2f} × allowable stress"
@@ -380,7 +380,7 @@ class MaterialRow:
 
 
 def _celsius(T: float) -> str:
-    return f"{T - _ZERO:.0f}"
+    return f"{T - ZERO:.0f}"
 
 
 def _scaled(factor: float, digits: str) -> Callable[[float], str]:
