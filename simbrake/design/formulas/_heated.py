@@ -130,11 +130,8 @@ class HeatedPart:
     def simulated_bulk(self) -> float | None:
         """Bulk temperature (K) in the run, mean over the depth and the brake
         application."""
-        return (
-            None
-            if self.course is None
-            else np.mean(self.course.mean(self.depth)).item()
-        )
+        course = self.course
+        return course and np.mean(course.mean(self.depth)).item()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -177,16 +174,14 @@ class RunValues:
     @functools.cached_property
     def rim(self) -> WallCourse | None:
         """The rim, where it is a wall in layers."""
-        return wall_course(
-            self.result.scene.network, self.series, self.result.scene.network.rim
-        )
+        heat = self.result.scene.network
+        return wall_course(heat, self.series, heat.rim)
 
     @functools.cached_property
     def lining(self) -> WallCourse | None:
         """The linings, where they are walls in layers."""
-        return wall_course(
-            self.result.scene.network, self.series, self.result.scene.network.linings
-        )
+        heat = self.result.scene.network
+        return wall_course(heat, self.series, heat.linings)
 
     @functools.cached_property
     def then(self) -> Scene:
@@ -210,12 +205,11 @@ class RunValues:
     def face(self) -> float | None:
         """Maximum temperature of the linings' face (K), of the rim's where only that is
         known."""
-        known = [
-            c
-            for c in (self.series.lining_temperature, self.series.rim_temperature)
-            if c is not None
-        ]
-        return np.max(known[0]) if known else None
+        s = self.series
+        face = (
+            s.rim_temperature if s.lining_temperature is None else s.lining_temperature
+        )
+        return None if face is None else np.max(face)
 
     @property
     def band(self) -> SeriesOfTimes | None:
@@ -294,9 +288,8 @@ class RunValues:
         depth = thickness * (np.arange(layers) + 0.5) / layers
 
         def flux(t0: float, t1: float) -> float:
-            gained = np.interp(self.t[0] + t1, self.t, heat) - np.interp(
-                self.t[0] + t0, self.t, heat
-            )
+            ends = self.t[0] + np.array([t0, t1])
+            (gained,) = np.diff(np.interp(ends, self.t, heat))
             return gained / (area * (t1 - t0))
 
         start = np.interp(depth, self.profile_depth, self.profile[0])
@@ -314,16 +307,12 @@ def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
     """First and last index of the stretch over which friction works most, and how many
     such stretches there are."""
     works = np.diff(work) > 1e-9 * max(work[-1] - work[0], 1e-300)
-    edges = np.flatnonzero(
-        np.diff(np.concatenate([[False], works, [False]]).astype(int))
-    )
+    edges = np.flatnonzero(np.diff(works.astype(int), prepend=0, append=0))
     stretches = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     if not stretches:
         return None
-    return (
-        *max(stretches, key=lambda ends: work[ends[1]] - work[ends[0]]),
-        len(stretches),
-    )
+    first, last = max(stretches, key=lambda ends: work[ends[1]] - work[ends[0]])
+    return first, last, len(stretches)
 
 
 def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
@@ -335,9 +324,9 @@ def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
         return omega, torque
     carried = np.asarray(s.bandage_speed)
     torque = np.asarray(s.pairs[pair].torque)
-    return (
-        (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
-    )
+    if pair == "external":
+        return carried, torque
+    return omega - carried, np.abs(torque)
 
 
 def run_values(
@@ -356,9 +345,7 @@ def run_values(
     start = float(result.scene.initial.time)
     end = float(result.record.t_end)
     known = [event.time for event in result.events]
-    s = result.series(
-        np.unique(np.concatenate([np.linspace(start, end, times), known]))
-    )
+    s = result.series(np.union1d(np.linspace(start, end, times), known))
     t = np.asarray(s.t)
     work = worked(s)
     hardest = _hardest(t, np.asarray(s.friction_work))

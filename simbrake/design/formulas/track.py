@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..._base._faults import Fault, InputError, require_positive
+from ..._base._faults import Issues, require_positive
 from ...brakes.design import Brake
 from ...parts.scene import band_brake
 from ...runs.linings import geometric_overlap, rubbing
@@ -147,29 +147,23 @@ def track_ripple(
     """
     scene = result.scene
     brake = band_brake(scene)
-    wall = wall_at(scene.heat, scene.heat.rim) if scene.heat is not None else None
+    wall = wall_at(scene.network, scene.network.rim)
     material = material or (None if wall is None else wall.material)
-    if share is None and scene.heated and float(result.energy["friction_heat"]) > 0:
-        share = float(result.energy["heat_to_metal"]) / float(
-            result.energy["friction_heat"]
-        )
+    work = float(result.energy["friction_heat"])
+    if share is None and scene.heated and work > 0:
+        share = float(result.energy["heat_to_metal"]) / work
     rim = brake.bandage or brake.linings  # the part whose faces rub on the rim
-    missing = [
-        Fault(name, "is missing", hint)
-        for name, value, hint in (
-            (
-                "brake.pulley.width",
-                brake.pulley.width,
-                "the arc of a lining's face is A/(R b)",
-            ),
-            ("linings.area", rim.area, "of the faces that rub on the rim"),
-            ("material", material, "give it, or the scene a rim in layers"),
-            ("share", share, "give it, or the scene heat"),
-        )
-        if value is None
-    ]
-    if missing:
-        raise InputError(missing)
+    missing = Issues()
+    if brake.pulley.width is None:
+        hint = "the arc of a lining's face is A/(R b)"
+        missing.add("brake.pulley.width", "is missing", hint)
+    if rim.area is None:
+        missing.add("linings.area", "is missing", "of the faces that rub on the rim")
+    if material is None:
+        missing.add("material", "is missing", "give it, or the scene a rim in layers")
+    if share is None:
+        missing.add("share", "is missing", "give it, or the scene heat")
+    missing.report()
     assert material is not None
     assert share is not None
     p = look(result, ts)
@@ -190,15 +184,14 @@ def track_ripple(
     patches = np.sum(heated & ~np.roll(heated, 1))
     thickness = math.nan if wall is None else wall.thickness
     reach = np.sqrt(material.diffusivity * period) / thickness
-    overlap = geometric_overlap(brake)[1]
-    extremes = np.ptp(ripple, axis=1), np.max(ripple, axis=1)
     return TrackRipple(
         np.asarray(s.t),
         period,
         patches / period,
-        *extremes,
+        np.ptp(ripple, axis=1),
+        np.max(ripple, axis=1),
         reach,
-        overlap,
+        geometric_overlap(brake)[1],
         edges,
         heated,
         flux,
