@@ -207,8 +207,6 @@ def stop_rows(
     run = b.run
     if stop is None:
         return
-    R_b = b.R_b
-    T_0 = b.T_0
     M_b = stop.torque
     omega_0 = b.omega
     symbols = numbers(f=b.friction, n=b.scene.brake.linings.count)
@@ -229,7 +227,7 @@ def stop_rows(
         "Z-17",
         run and run.torque.max(),
         LEVER,
-        (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)),
+        (*of_rims(b), *numbers(R_b=b.R_b, T_0=b.T_0, Π=stop.ratio)),
     )
     yield EstimateRow(
         "stopping time",
@@ -378,14 +376,9 @@ def stage_rows(b: Braking) -> Iterator[EstimateRow]:
         f"{n_r(b)}J_b ∫ dω_b/(M_ext − M_int)",
         f"J ω_2/(M_3 − M), {n_r(b)}R_b (T_n − T_0) = M_3 = M_int(T_n)",
     )
-    for i, formula in enumerate(formulas):
-        yield row(
-            f"stage {i + 1}",
-            formula,
-            stages.times[i],
-            "s",
-            run and _stage_time(run, f"stage_{i + 1}"),
-        )
+    for i, (formula, time) in enumerate(zip(formulas, stages.times, strict=True), 1):
+        took = run and _stage_time(run, f"stage_{i}")
+        yield row(f"stage {i}", formula, time, "s", took)
     yield row(
         "stopping time",
         "t_1 + t_2 + t_3",
@@ -438,12 +431,11 @@ def _internal_slip(run: RunValues) -> tuple[float, float] | None:
 
 def _stage_time(run: RunValues, name: str) -> float:
     """Duration (s) of a stage in the brake application of a run."""
-    stages = [
-        stage
+    return sum(
+        stage.duration
         for stage in run.result.stages
-        if stage.end > run.t[0] and stage.start < run.t[-1]
-    ]
-    return sum((stage.duration for stage in stages if stage.name == name), 0.0)
+        if stage.name == name and stage.end > run.t[0] and stage.start < run.t[-1]
+    )
 
 
 def operation_rows(b: Braking) -> Iterator[EstimateRow]:
@@ -620,14 +612,10 @@ def partition_rows(b: Braking) -> list[EstimateRow]:
 def stack_rows(b: Braking) -> Iterator[EstimateRow]:
     """Lining and band one after the other."""
     if b.part == "rim":
-        thickness = [b.lining_thickness, b.band_thickness]
-        conductivity = [b.lining.conductivity, b.band.conductivity]
-        each = [
-            d / (k * b.lining_area)
-            for d, k in zip(thickness, conductivity, strict=True)
-        ]
+        thickness = np.array([b.lining_thickness, b.band_thickness])
+        conductivity = np.array([b.lining.conductivity, b.band.conductivity])
         mean = series_conductivity(thickness, conductivity)
-        resistance = series_resistance(*each)
+        resistance = series_resistance(*thickness / (conductivity * b.lining_area))
         yield EstimateRow(
             "conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30"
         )
@@ -648,15 +636,8 @@ def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
     def slab_peak(rise: Callable[..., Any]) -> float:
         """Maximum temperature (K) of the surface of a slab under a flux that falls
         linearly."""
-        return T + np.max(
-            rise(
-                q_0,
-                time * np.linspace(0.0, 1.0, 1025),
-                time,
-                b.metal_thickness,
-                b.metal,
-            )
-        )
+        times = time * np.linspace(0.0, 1.0, 1025)
+        return T + np.max(rise(q_0, times, time, b.metal_thickness, b.metal))
 
     yield EstimateRow(
         "bulk temperature, mean",
@@ -909,10 +890,7 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
 def stress_rows(b: Braking) -> Iterator[EstimateRow]:
     """Thermal stress of the rim: a slab under the mean flux, at the end."""
     time, stress, ratio = b.run_stress or (None, None, None)
-    E = b.elastic.young
-    alpha = b.elastic.expansion
-    nu = b.elastic.poisson
-    permissible = b.elastic.permissible
+    E, alpha, nu, permissible = b.elastic
     symbols = numbers(E=E, α_T=alpha, ν=nu, q=b.flux, τ=b.time, δ=b.rim_thickness)
     name = "thermal stress"
     yield EstimateRow(

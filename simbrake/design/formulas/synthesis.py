@@ -104,13 +104,9 @@ def share_law(b: Braking, partition: AbstractPartition | None) -> _Law:
         )
     if source == "given":
         return lambda T, materials: b.share
-    law = (
-        partition
-        if partition is not None
-        else pair.partition
-        if source == "scene" and pair is not None
-        else None
-    )
+    law = partition
+    if law is None and source == "scene" and pair is not None:
+        law = pair.partition
     if law is None:
         return lambda T, materials: float(
             effusivity_share(materials["rim"], materials["lining"])
@@ -456,14 +452,8 @@ def _layers(c: Chain) -> Iterator[EstimateRow]:
         numbers(a=b.rim.diffusivity, q=b.flux, N=course.depth.size - 2),
     )
     end = [np.interp(b.time, course.t, column) for column in course.temperature.T]
-    for place, part in {
-        "face": 0.0,
-        "1/4": 0.25,
-        "1/2": 0.5,
-        "3/4": 0.75,
-        "back": 1.0,
-    }.items():
-        x = b.rim_thickness * part
+    for i, place in enumerate(("face", "1/4", "1/2", "3/4", "back")):
+        x = b.rim_thickness * i / 4
         if run is not None:
             simulated = np.interp(x, run.profile_depth, run.profile[-1])
         at = (Number("x", float(x), "m"),)
@@ -622,13 +612,9 @@ def _surface(c: Chain) -> Iterator[EstimateRow]:
     why = "the power does not fall linearly from the first moment"
     symbols = numbers(τ_T=b.time)
     source = "S, step 9"
+    half = "τ/τ_T = 1/2, half-space under falling power"
     for name, formula, value, simulated in (
-        (
-            "relative time of the maximum",
-            "τ/τ_T = 1/2, half-space under falling power",
-            0.5,
-            time,
-        ),
+        ("relative time of the maximum", half, 0.5, time),
         ("relative power then", "τ_N = 2 (1 − τ/τ_T)", 1, power),
         ("relative work then", "τ_W = 2 τ/τ_T − (τ/τ_T)²", 0.75, work),
     ):
@@ -654,10 +640,8 @@ def _balance(c: Chain) -> Iterator[EstimateRow]:
         numbers(α=b.share, W=b.heat),
     )
     if run is not None:
-        angle = np.append(
-            0.0,
-            np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t)),
-        )
+        steps = 0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t)
+        angle = np.append(0.0, np.cumsum(steps))
         if angle[-1] >= 8 * math.pi:
             end = np.interp(8 * math.pi, angle, run.t)
             time = end - run.t[0]
@@ -670,8 +654,8 @@ def _balance(c: Chain) -> Iterator[EstimateRow]:
     beside = {
         "time of four revolutions": (time, faster),
         "heat gained in it": (gained, faster),
+        "mean net flux": (net, why),
     }
-    beside["mean net flux"] = net, why
     for row in rows.balance_rows(b):
         simulated, reason = beside.get(row.name, (None, ""))
         yield row._replace(simulated=simulated, why=reason)
@@ -865,22 +849,22 @@ class Synthesis(RowTable):
     def exceeded(self) -> list[str]:
         """Names of the limits that the estimate or the run exceeds: their margin is
         below 0."""
-        margins = [row for row in self.rows if row.verdict]
         return [
-            row.name
-            for row in margins
-            if row.value < 0 or (row.simulated is not None and row.simulated < 0)
+            name
+            for name, verdict in self.limits.items()
+            if LimitVerdict.EXCEEDED in verdict
         ]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data as numbers, lists and text; numbers that are not finite are
         `None`."""
-        about = {
+        return {
             "about": self.about,
             "rounds": self.rounds,
             "replaced": list(self.replaced),
+            "inputs": plain(self.inputs),
+            "steps": self.as_list(),
         }
-        return {**about, "inputs": plain(self.inputs), "steps": self.as_list()}
 
     def parts(self) -> Iterator[str | Table]:
         yield from self.head()
