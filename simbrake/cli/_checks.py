@@ -334,11 +334,8 @@ def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
         sys.path.remove(str(script.parent))
 
 
-_TESTS = "File of tests (TOML): a scene, changes, and what must hold."
-
-
 def test(
-    file: Annotated[Path, Parameter(name="FILE", help=_TESTS)],
+    file: Annotated[Path, Parameter(name="FILE")],
     /,
     *,
     json_: cli.Flag = False,  # noqa: PT028
@@ -348,6 +345,8 @@ def test(
 
     Parameters
     ----------
+    file
+        File of tests (TOML): a scene, changes, and what must hold.
     json_
         Print {passed, failed, tests, note}, alone on stdout.
     """

@@ -76,21 +76,12 @@ _SET = (
 )
 Set = Annotated[Many, Parameter(help=_SET)]
 Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
-MaxSteps = Annotated[
-    int | None,
-    Parameter(help="Maximum number of step attempts; by default as many as needed."),
-]
 Json = Annotated[Flag, Parameter(help="Print the results as JSON, alone on stdout.")]
 _UNITS = (
     "Units of what is printed, and of a report: SI, or those of a rig (klbf, ft, "
     "ft·lbf, hp, °F). JSON and other files stay in SI."
 )
 Units = Annotated[Literal["si", "rig"], Parameter(help=_UNITS)]
-_SIMULATE = (
-    "Simulate the scene as well, to compare; with --no-run the time and work "
-    "are those of a classical stop."
-)
-Simulate = Annotated[bool, Parameter(help=_SIMULATE)]
 _LIMIT = (
     "METRIC=VALUE: maximum allowed value of a metric or of max_pressure, in SI or with "
     "its unit, as "

@@ -13,14 +13,9 @@ from .._base._faults import Fault, InputError, Issues, existing_file, faults_of_
 from .._base._progress import Progress
 from . import _options as cli
 
-_LOG = (
-    "Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 1.2 to 3 (.las), or CSV, "
-    "also as .xz or .gz."
-)
-
 
 def rig(
-    file: Annotated[Path, Parameter(name="LOG", help=_LOG)],
+    file: Annotated[Path, Parameter(name="LOG")],
     /,
     *,
     lines: float | None = None,
@@ -54,6 +49,9 @@ def rig(
 
     Parameters
     ----------
+    file
+        Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 1.2 to 3 (.las), or CSV,
+        also as .xz or .gz.
     lines
         Lines strung, where the log does not have them.
     drum_radius

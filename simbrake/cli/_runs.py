@@ -25,7 +25,7 @@ def run(
     limit: cli.Limits = None,
     fail_on_limit: cli.FailOnLimit = False,
     rtol: cli.Rtol = 1e-10,
-    max_steps: cli.MaxSteps = None,
+    max_steps: int | None = None,
     max_events: int = 10_000,
     accuracy: cli.Flag = False,
     units: cli.Units = "si",
@@ -40,6 +40,8 @@ def run(
     measured
         CSV file with a recording of the same run (columns as hook_position [ft]): --out
         draws it over the run, in overlay.png; may be repeated.
+    max_steps
+        Maximum number of step attempts; by default as many as needed.
     max_events
         Maximum number of events.
     accuracy
@@ -442,7 +444,7 @@ def synthesize(
     file: cli.SceneFile,
     /,
     *,
-    run: cli.Simulate = True,
+    run: bool = True,
     out: cli.OutFile = None,
     given: cli.Many = None,
     transmission: cli.Flag = False,
@@ -460,6 +462,9 @@ def synthesize(
 
     Parameters
     ----------
+    run
+        Simulate the scene as well, to compare; with --no-run the time and work are
+        those of a classical stop.
     given
         NAME=VALUE: a size that the scene does not have, with its unit, as
         "rim_thickness=28 mm", a material by its name, as rim=cast_iron, or a limit, as

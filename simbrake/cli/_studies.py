@@ -78,7 +78,7 @@ def sweep(
     json_: cli.Json = False,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
-    max_steps: cli.MaxSteps = None,
+    max_steps: int | None = None,
     workers: int | None = None,
     resume: Path | None = None,
     key: str | None = None,
@@ -103,6 +103,8 @@ def sweep(
     metrics
         Names of metrics, separated by commas, or all. By default all but maxima, which
         take longer than the runs.
+    max_steps
+        Maximum number of step attempts; by default as many as needed.
     workers
         Number of threads; by default one for each core.
     resume
