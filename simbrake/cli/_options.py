@@ -50,7 +50,9 @@ def named_source(type_: object, tokens: "Sequence[Token]") -> Path:
 
 # --- options of several commands, with their help texts; other help is in the commands' docstrings
 
-Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
+#: an option that may be repeated
+REPEATED = Parameter(negative="", consume_multiple=False)
+Many = Annotated[list[str] | None, REPEATED]
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 _SCENE = (
     "Scene: a TOML file, a Python file with a function scene(), whose code is run, or "

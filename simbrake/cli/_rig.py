@@ -28,9 +28,7 @@ def rig(
     tare: str | None = None,
     threshold: cli.Many = None,
     column: cli.Many = None,
-    null: Annotated[
-        list[float] | None, Parameter(negative="", consume_multiple=False)
-    ] = None,
+    null: Annotated[list[float] | None, cli.REPEATED] = None,
     time: cli.Many = None,
     offset: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     names: cli.Flag = False,

@@ -180,16 +180,8 @@ def report(
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
 
 
-_TO_EXPLAIN = (
-    "Scene, as in simbrake run, or a result: a file or folder of simbrake run --out."
-)
-
-
 def explain(
-    file: Annotated[
-        Path,
-        Parameter(name="SCENE|RESULT", help=_TO_EXPLAIN, converter=cli.named_source),
-    ],
+    file: Annotated[Path, Parameter(name="SCENE|RESULT", converter=cli.named_source)],
     /,
     *,
     limit: cli.Limits = None,
@@ -206,6 +198,8 @@ def explain(
 
     Parameters
     ----------
+    file
+        Scene, as in simbrake run, or a result: a file or folder of simbrake run --out.
     influence
         Differentiate the run as well, to name the parameters that change it most.
     accuracy

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import Parameter
-
 import simbrake as sb
 
 from .._base._faults import Issues, faults_of_place
@@ -226,9 +224,7 @@ def calibrate(
     fit: cli.Many = None,
     recordings: Path | None = None,
     each: cli.Many = None,
-    events: Annotated[
-        list[Path] | None, Parameter(negative="", consume_multiple=False)
-    ] = None,
+    events: Annotated[list[Path] | None, cli.REPEATED] = None,
     sigma: cli.Many = None,
     column: cli.Many = None,
     start: cli.Many = None,
