@@ -124,12 +124,10 @@ def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:
     return drawn
 
 
-def drawn_in(ax: Axes | None, width: float, height: float) -> Axes:
+def drawn_in(ax: Axes | None, width: float = 9.0, height: float = 3.2) -> Axes:
     """The axes to draw into: the given ones, or those of a new figure of this size
     (inch)."""
-    if ax is not None:
-        return ax
-    return Figure(figsize=(width, height), layout="constrained").subplots()
+    return ax or sheet(None, width, height).subplots()
 
 
 def keep_level(axes: Axes) -> None:

@@ -77,8 +77,6 @@ __all__ = [
 
 #: look of the torque of a motor
 _MOTOR = {"color": GREEN, "ls": "--"}
-#: size (inch) of a panel that has a figure of its own
-_SIZE = (9.0, 3.2)
 
 
 def over_time(draw: Callable[[Result, Series, Axes], None]) -> Callable[..., Axes]:
@@ -89,7 +87,7 @@ def over_time(draw: Callable[[Result, Series, Axes], None]) -> Callable[..., Axe
     def panel(
         result: Result, *, series: Series | None = None, ax: Axes | None = None
     ) -> Axes:
-        axes = drawn_in(ax, *_SIZE)
+        axes = drawn_in(ax)
         axes.set_xlabel("time, s")
         if series is None:
             series = dense_grid(one_run(result), *span(result))
@@ -359,7 +357,7 @@ def overlap_of_pair(
         ['internal', 'overlap (–)']
     """
     _check_staged(result)
-    axes = drawn_in(ax, *_SIZE)
+    axes = drawn_in(ax)
     if series is None:
         series = dense_grid(result, *span(result))
     t = series.t
@@ -433,7 +431,7 @@ def surface_temperatures(
         'surface temperature, °C'
     """
     check_heated(result)
-    axes = drawn_in(ax, *_SIZE)
+    axes = drawn_in(ax)
     low, high = _between(result, start, end)
     t = cells(result, low, high)
     shown = temperatures_at(result, t)
@@ -503,7 +501,7 @@ def friction_coefficients(
         >>> axes.get_xlabel()
         'time, s'
     """
-    axes = drawn_in(ax, *_SIZE)
+    axes = drawn_in(ax)
     low, high = _between(result, start, end)
     t = cells(result, low, high)
     pairs = result.series(t).pairs
@@ -549,7 +547,7 @@ def wall_profile(
     if not brake.banded:
         own = {"rim": brake.words.body, "lining": brake.words.lining}
         words = own.get(words, words)
-    axes = drawn_in(ax, *_SIZE)
+    axes = drawn_in(ax)
     depth = reading("m", 0.01)
     degrees = reading("K")
     T = degrees(result.series([time]).temperature)[0]
@@ -696,7 +694,7 @@ def contact_states(
         hint = f"there are: {', '.join(names)}"
         raise input_error("pair", f"there is no pair {pair!r}", hint)
     number_of_pair = 0 if pair is None else names.index(pair)
-    axes = drawn_in(ax, *_SIZE)
+    axes = drawn_in(ax)
     t = result.record.rows.t[: result.record.count + 1]
     states = list(recorded.values())[number_of_pair][: len(t)]
     changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
@@ -740,7 +738,7 @@ def lining_values_map(
     edges = cells(result, low, high)
     values = lining_values(result, quantity, edges, pair=pair)
     view, words = view_of(quantity)
-    axes = drawn_in(ax, *_SIZE)
+    axes = drawn_in(ax)
     brake = result.scene.brake
     n = brake.linings.count
     shown = np.broadcast_to(view(values), (len(edges) - 1, n)).T

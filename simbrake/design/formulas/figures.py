@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from ..._base._arguments import explained
 from ..._base._numbers import ZERO
-from ...plot.drawing import BLUE, VERMILLION, ink, styled
+from ...plot.drawing import BLUE, VERMILLION, ink, sheet, styled
 from ._materials import LiningMaterial, RimMaterial
 from .material_table import MaterialComparison, MaterialRow
 
@@ -64,10 +64,8 @@ def materials(
     """
     linings = comparison.linings
     rims = comparison.rims
-    levels = comparison.levels
-    if figure is None:
-        height = 1.3 + len(linings) * (0.9 + len(rims) * (0.28 + 0.14 * len(levels)))
-        figure = Figure(figsize=(14.0, height), layout="constrained")
+    height = 0.9 + len(rims) * (0.28 + 0.14 * len(comparison.levels))
+    figure = sheet(figure, 14.0, height, rows=len(linings), room=1.3)
     axes = figure.subplots(
         len(linings),
         len(_PANELS),
