@@ -356,14 +356,14 @@ def profile_words(profile: AbstractProfile | Phases, unit: str) -> str:
             return f"a user-defined function, {_plain(profile.function)}{corners}"
         case Lever():
             return (
-                f"a force on the lever, times {digits(profile.gain, 5)} (efficiency · "
+                f"a force on the lever, times {digits(float(profile.gain), 5)} (efficiency · "
                 f"arm/slack arm): {profile_words(profile.force, 'N')}"
             )
         case Cylinder():
             words = f"a gauge pressure on {_five(profile.piston_area, 'm^2')}"
             if profile.spring:
                 words += f" less {_five(profile.spring, 'N')} of a spring"
-            words += f", times {digits(profile.gain, 5)} (efficiency · ratio)"
+            words += f", times {digits(float(profile.gain), 5)} (efficiency · ratio)"
             if profile.dead_time:
                 words += f", {number(profile.dead_time, 's')} later"
             if profile.lag is not None:

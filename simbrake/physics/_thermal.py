@@ -760,7 +760,7 @@ def _numbers(body: Lump | Wall, left: Array | float) -> tuple[Any, ...]:
         return body.capacity, slope, body.reference, body.temperature, None, None
     m = body.material
     area = jnp.asarray(body.area)
-    capacity = _each(m.heat_capacity * area * left, body)
+    capacity = _each(m.volumetric_heat_capacity * area * left, body)
     half = _each(left / (2 * area * m.conductivity), body)
     slope = m.specific_heat_slope
     return capacity, slope, m.reference, body.temperature, half, m.conductivity_slope

@@ -520,8 +520,8 @@ def _curve_with_gaps(
         if not part.size:  # there is none at all
             continue
         axes.axvspan(
-            edges[part[0]],
-            edges[part[-1] + 1],
+            float(edges[part[0]]),
+            float(edges[part[-1] + 1]),
             facecolor="none",
             edgecolor="0.6",
             hatch="///",

@@ -470,7 +470,8 @@ def _rings(
     """Arcs of a scale with their values; returns the value at its far end."""
     unit = reading("N").name
     top = top if top > 0 else 1.0
-    ticks = MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, top)
+    values = MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, top)
+    ticks = np.asarray(values)
     ticks = ticks[(ticks >= 0) & (ticks <= top * 1.0001)]
     turn = np.linspace(angles[0, 0], angles[-1, 1], 300)
     for value in ticks:

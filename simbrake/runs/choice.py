@@ -54,7 +54,9 @@ def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array |
             )
         elif isinstance(body, Wall):
             area = jnp.min(jnp.asarray(body.area))  # every copy of a wall is alike
-            capacity[body.name] = body.material.heat_capacity * area * body.steps
+            capacity[body.name] = (
+                body.material.volumetric_heat_capacity * area * body.steps
+            )
             halves[body.name] = body.steps / (2 * area * body.material.conductivity)
     for link in heat.links:
         if isinstance(link, Radiation) or isinstance(

@@ -331,7 +331,7 @@ def layered_heat(
         bodies.append(
             Lump(
                 "band",
-                band.heat_capacity * band_thickness * lining_area,
+                band.volumetric_heat_capacity * band_thickness * lining_area,
                 temperature,
             )
         )
@@ -400,7 +400,7 @@ def with_pulley_structure(
         bodies.append(
             Lump(
                 name,
-                material.heat_capacity * face * width,
+                material.volumetric_heat_capacity * face * width,
                 temperature,
             )
         )

@@ -45,14 +45,14 @@ class Material(Part):
     )
 
     @property
-    def heat_capacity(self) -> Scalar:
+    def volumetric_heat_capacity(self) -> Scalar:
         """`ρ c` in J/(m³·K)."""
         return self.density * self.specific_heat
 
     @property
     def diffusivity(self) -> Scalar:
         """`a = λ/(ρ c)` in m²/s."""
-        return self.conductivity / self.heat_capacity
+        return self.conductivity / self.volumetric_heat_capacity
 
     @property
     def effusivity(self) -> Scalar:

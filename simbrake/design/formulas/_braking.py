@@ -323,7 +323,7 @@ class Braking:
     def whole_rise(self) -> float:
         """Rise (K) of all of the metal."""
         volume = self.metal_area * self.metal_thickness
-        return self.metal_heat / (volume * self.metal.heat_capacity)
+        return self.metal_heat / (volume * self.metal.volumetric_heat_capacity)
 
     @property
     def end(self) -> float:
@@ -385,7 +385,11 @@ class Braking:
         """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the
         end."""
         face = slab_rise(self.flux, self.time, self.rim_thickness, self.rim)
-        mean = self.flux * self.time / (self.rim_thickness * self.rim.heat_capacity)
+        mean = (
+            self.flux
+            * self.time
+            / (self.rim_thickness * self.rim.volumetric_heat_capacity)
+        )
         return float(surface_stress(face, mean, self.elastic))
 
     @property

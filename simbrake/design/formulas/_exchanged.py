@@ -101,7 +101,7 @@ def _of_rim(heat: Heat, new: Material) -> Heat:
         place_of(place)[0] for place in (heat.linings, heat.band) if place is not None
     }
     by_name = heat.by_name
-    stored = new.heat_capacity / old.heat_capacity
+    stored = new.volumetric_heat_capacity / old.volumetric_heat_capacity
     led = new.conductivity / old.conductivity
     for link in heat.links:
         ends = [place_of(link.a)[0], place_of(link.b)[0]]

@@ -321,7 +321,7 @@ def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
     """
     slope = float(material.specific_heat_slope or 0.0)
     middle = 0.5 * (start + end) - float(material.reference)
-    return material.heat_capacity * (1 + slope * middle) * (end - start)
+    return material.volumetric_heat_capacity * (1 + slope * middle) * (end - start)
 
 
 class MaximumTemperatures(NamedTuple):
@@ -574,7 +574,7 @@ def rational_rim_thickness(
     """
     require_not_negative(time=time, heat=heat)
     depth = float(penetration_depth(material.diffusivity, time))
-    storage = heat / material.heat_capacity / rise if rise > 0 else math.inf
+    storage = heat / material.volumetric_heat_capacity / rise if rise > 0 else math.inf
     return RimThickness(depth, storage, max(depth, storage))
 
 

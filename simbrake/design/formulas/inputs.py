@@ -436,7 +436,7 @@ def _band(scene: Scene, inputs: dict[str, Input]) -> dict[str, Input]:
     thickness = inputs["band_thickness"]
     body = None if heat.band is None else _body(heat, heat.band)
     if isinstance(body, Lump) and thickness.source != "given":
-        capacity = float(inputs["band"].value.heat_capacity)
+        capacity = float(inputs["band"].value.volumetric_heat_capacity)
         value = _mean(body.capacity) / (capacity * inputs["outer_area"].value)
         thickness = thickness._replace(value=value, source="scene: its capacity")
     source = "20 °C" if body is None else "scene"

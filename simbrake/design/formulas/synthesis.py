@@ -517,7 +517,7 @@ def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
     yield EstimateRow(
         name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols
     )
-    capacity = Number("ρ c", b.rim.heat_capacity, "J/(m^3*K)")
+    capacity = Number("ρ c", b.rim.volumetric_heat_capacity, "J/(m^3*K)")
     for name, (heat, rise) in cases.items():
         case = heating.rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
         rational.append(Number(f"δ, {name}", case.rational, "m"))
