@@ -17,6 +17,7 @@ from typing import Any
 from simbrake.outputs import log as names
 from simbrake.outputs.metrics import METRICS
 from simbrake.outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS
+from simbrake.outputs.stages import STAGES
 from simbrake.physics import mechanism
 from simbrake.thermal.materials import library
 
@@ -134,7 +135,7 @@ TABLES: dict[str, Callable[[], list[str]]] = {
         [(int(m), f"`{m.name}`", *words) for m, words in mechanism.BAND_MODES.items()],
     ),
     "stages": lambda: table(
-        "stage | pairs", [(f"`{n}`", words) for n, words in names.STAGES.items()]
+        "stage | pairs", [(f"`{n}`", words) for n, words in STAGES.items()]
     ),
     "statuses": lambda: table(
         "status | message",
