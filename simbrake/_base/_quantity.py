@@ -139,11 +139,12 @@ class Quantity:
         low, high = self.ends
         return bool((low < value if self.open_low else low <= value) and value <= high)
 
-    def hint(self, value: float, unit: str) -> str:
+    def hint(self, value: float, unit: str, *, bare: bool = True) -> str:
         """What is allowed in place of a number out of range, and what may have been
-        meant; `unit`: that of `SI`."""
+        meant; `unit`: that of `SI`; `bare`: it was written without a unit."""
         turned = (
-            self.unit == "rad"
+            bare
+            and self.unit == "rad"
             and self.high is not None
             and self.admits_one(math.radians(value))
         )
@@ -326,7 +327,7 @@ class NumberReader:
         return self.fault(
             path,
             f"{shown(value)}{f' = {converted}' if same else ''} is out of range",
-            about.hint(number, si),
+            about.hint(number, si, bare=not isinstance(value, str)),
         )
 
     def _in_si(self, value: object, about: Quantity, path: str, si: str) -> Any:

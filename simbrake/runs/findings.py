@@ -342,7 +342,8 @@ def sentence(report: Report) -> str:
         case "H1":
             when, capacity = report.broke_away
             detail = f" at {number(when, 's')}: static capacity "
-            detail += f"{digits(capacity, 4)} of the load"
+            # a load breaks away at less than itself, by however little
+            detail += f"{digits(capacity, 4 if capacity < 0.999 else 10)} of the load"
         case "H2":
             worst = report.by_worst_angle
             detail = " where it is heaviest in the run" if worst else ""
