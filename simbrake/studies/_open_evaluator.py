@@ -64,6 +64,9 @@ class Evaluator:
         self.codes = np.zeros(0, np.int32)
         self.messages = list[str]()
 
+    def __repr__(self) -> str:
+        return f"Evaluator({', '.join(self.names)} → {', '.join(self.metrics)})"
+
     def evaluate(self, X: Any) -> np.ndarray:
         """Metrics (n, m) of the runs with the numbers `X` (n, k), or (m,) of one run
         with (k,); SI units.
