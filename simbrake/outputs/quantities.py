@@ -166,6 +166,12 @@ def _reserve(s: PairInProbe) -> VectorM | None:
     return xp.where(load > 0, capacity / xp.where(load > 0, load, 1.0), np.nan)
 
 
+def _coolant_heat(s: PairInProbe) -> Any:
+    """Heat flow into the coolant at each wetted node (W)."""
+    stream = s.p.flows.thermal and s.p.flows.thermal.coolant
+    return stream and stream.heat
+
+
 def coolant_outlet(p: Probe) -> Float[Array, "m jackets"] | None:
     """Temperature of the coolant where it leaves; where nothing flows, of the wall."""
     stream = p.flows.thermal and p.flows.thermal.coolant
@@ -200,11 +206,11 @@ def deceleration(p: Probe) -> VectorM:
 
 
 class SeriesColumn(NamedTuple):
-    """A quantity over time: its unit (SI, "" for a number), its meaning, and where it is
+    """A quantity over time: its unit (SI, "" for a number), its meaning, and how it is
     found.
 
-    - `where`: its path from a friction pair in a probe (`PairInProbe`), or a function of
-      that; its values are (m,) or (m, n)
+    - `find`: gives it of a friction pair in a probe (`PairInProbe`), (m,) or (m, n);
+      `None` where the run does not have it
     - `words`: of a quantity of linings, its name in figures; `like`: a value (SI) in
       whose unit they show it, by default that of brakes
     - `unsigned`: means, maxima and figures take its absolute value
@@ -212,21 +218,10 @@ class SeriesColumn(NamedTuple):
 
     unit: str
     meaning: str
-    where: str | Callable[[Any], Any]
+    find: Callable[[Any], Any]
     words: str = ""
     like: float | None = None
     unsigned: bool = False
-
-    def find(self, seen: PairInProbe) -> Any:
-        """The quantity, `None` where a run does not have it: no part of its path."""
-        if callable(self.where):
-            return self.where(seen)
-        value: Any = seen
-        for name in self.where.split("."):
-            if value is None:
-                return None
-            value = value.get(name) if isinstance(value, dict) else getattr(value, name)
-        return value
 
     def of(self, seen: PairInProbe) -> Any:
         """The quantity as means, maxima and figures take it."""
@@ -239,34 +234,34 @@ FrictionForce = Annotated[
     EachLining,
     "N",
     "friction force on each lining",
-    "pair.friction",
+    lambda s: s.pair.friction,
     "friction force F",
 ]
 FrictionCoefficient = Annotated[
     EachLining | None,
     "",
     "coefficient of friction of each lining, sliding",
-    "pair.coefficient",
+    lambda s: s.pair.coefficient,
     "coefficient of friction f",
 ]
 FrictionMemory = Annotated[
     Any,
     "",
     "state of the friction law of each lining (several: in the order of its PyTree)",
-    "memory",
+    lambda s: s.memory,
 ]
 FrictionPower = Annotated[
     EachLining,
     "W",
     "friction power of each lining",
-    "rubbing.power",
+    lambda s: s.rubbing.power,
     "friction power",
 ]
 MeanPressure = Annotated[
     EachLining | None,
     "Pa",
     "mean pressure on each lining",
-    "rubbing.pressure",
+    lambda s: s.rubbing.pressure,
     "pressure N/A",
 ]
 
@@ -289,7 +284,7 @@ class PairSeries(NamedTuple):
         EachLining,
         "N",
         "normal load on each lining, with preload and centrifugal force of a bandage",
-        "pair.normal",
+        lambda s: s.pair.normal,
         "normal load N",
     ]
     friction_force: FrictionForce
@@ -297,7 +292,7 @@ class PairSeries(NamedTuple):
         EachLining,
         "m/s",
         "slip speed of each lining",
-        "pair.slip",
+        lambda s: s.pair.slip,
         "slip speed |v|",
         None,
         True,
@@ -306,10 +301,14 @@ class PairSeries(NamedTuple):
         Int[Array, "m n"],
         "",
         "0 the lining sticks, +1 and -1 it slides",
-        "pair.sense",
+        lambda s: s.pair.sense,
     ]
-    torque: Annotated[VectorM, "N*m", "torque that the pair passes on", "pair.torque"]
-    friction_work: Annotated[VectorM, "J", "friction work since the start", "work"]
+    torque: Annotated[
+        VectorM, "N*m", "torque that the pair passes on", lambda s: s.pair.torque
+    ]
+    friction_work: Annotated[
+        VectorM, "J", "friction work since the start", lambda s: s.work
+    ]
     heat: Annotated[
         VectorM,
         "J",
@@ -320,7 +319,7 @@ class PairSeries(NamedTuple):
         VectorM | None,
         "N*m",
         "torque up to which the pair sticks, or with which it slides",
-        "pair.capacity",
+        lambda s: s.pair.capacity,
     ]
     friction_coefficient: FrictionCoefficient
     worn_thickness: Annotated[
@@ -337,7 +336,7 @@ class PairSeries(NamedTuple):
         EachLining,
         "N",
         "friction of each lining at the radius of its slip, under a band |T_i - T_(i-1)|",
-        "rubbing.increment",
+        lambda s: s.rubbing.increment,
         "tension increment |Tᵢ − Tᵢ₋₁|",
     ]
     pressure: MeanPressure
@@ -359,14 +358,14 @@ class PairSeries(NamedTuple):
         EachLining | None,
         "",
         "pressure at the tight edge of each lining over that at the slack edge",
-        "rubbing.tension_ratio",
+        lambda s: s.rubbing.tension_ratio,
         "tight over slack edge pressure",
     ]
     temperature: Annotated[
         Float[Array, "m l"] | None,
         "K",
         "surface temperature of the linings where the pair rubs",
-        "surface",
+        lambda s: s.surface,
         "surface temperature",
     ]
 
@@ -404,42 +403,44 @@ class Series(NamedTuple):
             )
             raise AttributeError(f"'Series' object has no attribute {name!r}{hint}")
 
-    t: Annotated[VectorM, "s", "time", "p.t"]
-    phi: Annotated[VectorM, "rad", "angle of the pulley since the start", "p.y.phi"]
+    t: Annotated[VectorM, "s", "time", lambda s: s.p.t]
+    phi: Annotated[
+        VectorM, "rad", "angle of the pulley since the start", lambda s: s.p.y.phi
+    ]
     omega: Annotated[
         VectorM,
         "rad/s",
         "speed of the pulley, positive in the braking direction",
-        "p.y.omega",
+        lambda s: s.p.y.omega,
     ]
     elongation: Annotated[
-        VectorM | None, "m", "elongation x of the band", "p.shown.elongation"
+        VectorM | None, "m", "elongation x of the band", lambda s: s.p.shown.elongation
     ]
     slack_tension: Annotated[
         OfBand,
         "N",
         "tension T_0 of the band at the slack (lever) end; of alike rims that of one, "
         "of unlike bands the sum",
-        "band.slack_tension",
+        lambda s: s.band and s.band.slack_tension,
     ]
     tight_tension: Annotated[
         OfBand,
         "N",
         "tension T_n of the band at the tight (anchor) end; of alike rims that of one, "
         "of unlike bands the sum",
-        "band.tight_tension",
+        lambda s: s.band and s.band.tight_tension,
     ]
     load_torque: Annotated[
         VectorM,
         "N*m",
         "torque of the load on the pulley",
-        "p.flows.load_torque",
+        lambda s: s.p.flows.load_torque,
     ]
     shaft_torque: Annotated[
         VectorM | None,
         "N*m",
         "torque on the shaft beside load and brake, against the rotation",
-        "p.flows.shaft.total",
+        lambda s: s.p.flows.shaft and s.p.flows.shaft.total,
     ]
     shaft_work: Annotated[
         VectorM | None,
@@ -451,7 +452,7 @@ class Series(NamedTuple):
         VectorM | None,
         "N*m",
         "torque of the motor, against the braking direction",
-        "p.flows.motor",
+        lambda s: s.p.flows.motor,
     ]
     motor_power: Annotated[
         VectorM | None,
@@ -463,19 +464,19 @@ class Series(NamedTuple):
         VectorM | None,
         "J",
         "work of the motor since the start",
-        "p.y.ledger.motor",
+        lambda s: s.p.y.ledger.motor,
     ]
     brake_torque: Annotated[
         VectorM,
         "N*m",
         "torque of the brake against the pulley",
-        "p.flows.contact.brake_torque",
+        lambda s: s.p.flows.contact.brake_torque,
     ]
     slip_speed: Annotated[
         VectorM,
         "m/s",
         "speed of the track past the linings of the band",
-        "p.flows.contact.slip_speed",
+        lambda s: s.p.flows.contact.slip_speed,
     ]
     at_limit: Annotated[
         Int[Array, " m"],
@@ -487,37 +488,37 @@ class Series(NamedTuple):
         Int[Array, " m"],
         "",
         "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held",
-        "p.mode.band",
+        lambda s: s.p.mode.band,
     ]
     rope_layer: Annotated[
         Int[Array, " m"] | None,
         "",
         "layer of the rope on the drum that pays out, from 1",
-        "p.mode.layer",
+        lambda s: s.p.mode.layer,
     ]
     load_work: Annotated[
         VectorM,
         "J",
         "work of the load since the start",
-        "p.y.ledger.load_work",
+        lambda s: s.p.y.ledger.load_work,
     ]
     rope_work: Annotated[
         VectorM | None,
         "J",
         "work of the weight of ropes or chain since the start",
-        "p.y.ledger.ropes",
+        lambda s: s.p.y.ledger.ropes,
     ]
     pick_up_heat: Annotated[
         VectorM | None,
         "J",
         "energy lost since the start as chain and anchor begin or end their motion",
-        "p.y.ledger.pick_up",
+        lambda s: s.p.y.ledger.pick_up,
     ]
     lever_work: Annotated[
         VectorM,
         "J",
         "work of the lever since the start",
-        "p.y.ledger.lever_work",
+        lambda s: s.p.y.ledger.lever_work,
     ]
     friction_heat: Annotated[
         VectorM,
@@ -529,7 +530,7 @@ class Series(NamedTuple):
         EachLining | None,
         "N",
         "tension of the band behind each lining, counted from the slack end",
-        "p.shown.tension",
+        lambda s: s.p.shown.tension,
         "tension T behind the lining",
     ]
     lever_force: Annotated[
@@ -542,9 +543,11 @@ class Series(NamedTuple):
         VectorM | None,
         "Pa",
         "gauge pressure of the cylinder of the actuator",
-        "p.actuator_pressure",
+        lambda s: s.p.actuator_pressure,
     ]
-    normal_load: Annotated[EachLining, "N", "normal load on each lining", "pair.normal"]
+    normal_load: Annotated[
+        EachLining, "N", "normal load on each lining", lambda s: s.pair.normal
+    ]
     friction_force: FrictionForce
     temperature: Annotated[
         Float[Array, "m k"] | None,
@@ -556,37 +559,37 @@ class Series(NamedTuple):
         Float[Array, "m r"] | None,
         "K",
         "surface temperature of the rim",
-        "p.surfaces.rim",
+        lambda s: s.p.surfaces.get("rim"),
     ]
     lining_temperature: Annotated[
         Float[Array, "m l"] | None,
         "K",
         "surface temperature of the linings",
-        "p.surfaces.linings",
+        lambda s: s.p.surfaces.get("linings"),
     ]
     band_temperature: Annotated[
         Float[Array, "m b"] | None,
         "K",
         "temperature of the band",
-        "p.surfaces.band",
+        lambda s: s.p.surfaces.get("band"),
     ]
     heat_lost: Annotated[
         VectorM | None,
         "J",
         "heat lost to the surroundings since the start",
-        "p.y.ledger.heat.lost",
+        lambda s: s.p.y.ledger.heat and s.p.y.ledger.heat.lost,
     ]
     heat_to_coolant: Annotated[
         VectorM | None,
         "J",
         "heat that the coolant of all jackets carried away since the start",
-        "p.y.ledger.heat.coolant",
+        lambda s: s.p.y.ledger.heat and s.p.y.ledger.heat.coolant,
     ]
     coolant_heat_flow: Annotated[
         Float[Array, "m jackets"] | None,
         "W",
         "heat flow into the coolant of each jacket",
-        "p.flows.thermal.coolant.heat",
+        _coolant_heat,
     ]
     coolant_temperature: Annotated[
         Float[Array, "m jackets"] | None,
@@ -598,32 +601,32 @@ class Series(NamedTuple):
         Float[Array, "m jackets"] | None,
         "K",
         "temperature of the wall that the coolant wets",
-        "p.surfaces.wetted",
+        lambda s: s.p.surfaces.get("wetted"),
     ]
     friction_coefficient: FrictionCoefficient
     lining_outer_temperature: Annotated[
         Float[Array, "m o"] | None,
         "K",
         "temperature of the outer faces of the linings",
-        "p.surfaces.outer",
+        lambda s: s.p.surfaces.get("outer"),
     ]
     bandage_speed: Annotated[
         VectorM | None,
         "rad/s",
         "speed of the bandage (the mean of the linings where each has its own)",
-        "p.shown.bandage_speed",
+        lambda s: s.p.shown.bandage_speed,
     ]
     lining_speed: Annotated[
         EachLining | None,
         "rad/s",
         "speed of each lining",
-        "p.shown.lining_speed",
+        lambda s: s.p.shown.lining_speed,
     ]
     displacement: Annotated[
         EachLining | None,
         "m",
         "displacement of each lining along the band circle",
-        "p.shown.displacement",
+        lambda s: s.p.shown.displacement,
         "displacement u along the band",
         5e-3,
     ]
@@ -631,7 +634,7 @@ class Series(NamedTuple):
         VectorM | None,
         "J",
         "heat of dampers since the start",
-        "p.y.ledger.damper_heat",
+        lambda s: s.p.y.ledger.damper_heat,
     ]
     electrical_work: Annotated[
         VectorM | None,
@@ -656,13 +659,13 @@ class Series(NamedTuple):
         VectorM | None,
         "m",
         "travel of the hook downwards since the start",
-        "p.hook.travel",
+        lambda s: s.p.hook and s.p.hook.travel,
     ]
     hook_speed: Annotated[
         VectorM | None,
         "m/s",
         "speed of the hook, positive downwards",
-        "p.hook.speed",
+        lambda s: s.p.hook and s.p.hook.speed,
     ]
     deceleration: Annotated[
         VectorM,
@@ -674,13 +677,13 @@ class Series(NamedTuple):
         VectorM | None,
         "m/s^2",
         "deceleration −d|v|/dt of the hook, positive while it slows",
-        "p.hook.deceleration",
+        lambda s: s.p.hook and s.p.hook.deceleration,
     ]
     hook_load: Annotated[
         VectorM | None,
         "N",
         "force on the hook, weight less inertia",
-        "p.hook.force",
+        lambda s: s.p.hook and s.p.hook.force,
     ]
     rope_tension: Annotated[
         VectorM | None,
@@ -688,26 +691,26 @@ class Series(NamedTuple):
         "tension of the tightest line of the rope: hook load over lines strung; with a "
         "`TackleLoss` of the fast line "
         "in hoisting, of the dead line in lowering, at rest the larger one of both",
-        "p.hook.rope",
+        lambda s: s.p.hook and s.p.hook.rope,
     ]
     fast_line_tension: Annotated[
         VectorM | None,
         "N",
         "tension of the line on the drum, with a `TackleLoss`; at rest the largest that it can be",
-        "p.hook.fast",
+        lambda s: s.p.hook and s.p.hook.fast,
     ]
     dead_line_tension: Annotated[
         VectorM | None,
         "N",
         "tension of the line at the dead-line anchor, with a `TackleLoss`; at rest the "
         "largest that it can be",
-        "p.hook.dead",
+        lambda s: s.p.hook and s.p.hook.dead,
     ]
     rope_stretch: Annotated[
         VectorM | None,
         "m",
         "stretch of the elastic rope at the hook, below 0: slack by that",
-        "p.hook.stretch",
+        lambda s: s.p.hook and s.p.hook.stretch,
     ]
     holding_reserve: Annotated[
         VectorM | None,

@@ -35,7 +35,7 @@ WearRate = NumberOrArray | Callable[..., Any]
 Run = Result | Record
 #: a quantity of linings that only maps have, as it is summed over their cells
 FRICTION_HEAT = "friction_heat"
-ABOUT_HEAT = SeriesColumn("J", "", "", "friction heat since the start")
+ABOUT_HEAT = SeriesColumn("J", "", lambda _: None, "friction heat since the start")
 
 
 def fault_of_pair(pair: str, pairs: Iterable[str]) -> Fault | None:
