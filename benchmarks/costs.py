@@ -29,6 +29,7 @@ import json
 import math
 import os
 import pathlib
+import statistics
 import sys
 import tempfile
 import time
@@ -140,18 +141,13 @@ def largest_difference(
 
 # --- fresh processes ----------------------------------------------------------------
 
-#: limits of a cold process beyond its integration, and of one that finds what it kept,
-#: in imports of JAX
-COLD = {"u2_5_5_stop.toml": 4.0, "staged_vs_standard.py": 9.0, "disc_stop.py": 9.0}
-COLD |= {"tripping_30_stands.py": 16.0, "everything_coupled.py": 16.0}
-AGAIN = {
-    "u2_5_5_stop.toml": 1.5,
-    "tripping_30_stands.py": 3.0,
-    "everything_coupled.py": 3.0,
-}
-IMPORT = 1.2
-MISTAKE = 0.5
-MISTAKEN_SCENE = 1.5
+SCENES = (
+    "u2_5_5_stop.toml",
+    "staged_vs_standard.py",
+    "disc_stop.py",
+    "tripping_30_stands.py",
+    "everything_coupled.py",
+)
 
 #: modules are loaded with the names that are used
 _IMPORT = """
@@ -197,9 +193,27 @@ def _mistakes(folder: str) -> dict[str, tuple[str, ...]]:
     }
 
 
+def in_imports(
+    found: Rounds, names: Sequence[str], less: float = 0.0, error: float | None = None
+) -> list[Cost]:
+    """Processes in imports of JAX, `less` seconds taken off."""
+    unit = statistics.median(found.units)
+    return [
+        Cost(
+            name,
+            found.seconds(name),
+            "import jax",
+            unit,
+            found.in_units(name, less),
+            error=error,
+        )
+        for name in names
+    ]
+
+
 def process(quick: bool) -> Part:
     """Fresh processes, round after round."""
-    names, rounds = (list(COLD)[:1], 1) if quick else (list(COLD), 3)
+    names, rounds = (SCENES[:1], 1) if quick else (SCENES, 3)
     with tempfile.TemporaryDirectory() as folder, cache_folder() as kept:
         wrong = _mistakes(folder)
 
@@ -224,18 +238,7 @@ def process(quick: bool) -> Part:
             }
 
         found = Rounds.of(rounds, turn)
-        costs = []
-
-        def add(
-            what: str, limit: float, less: float = 0.0, error: float | None = None
-        ) -> None:
-            unit = sorted(found.units)[len(found.units) // 2]
-            over = found.in_units(what, less)
-            costs.append(
-                Cost(what, found.seconds(what), "import jax", unit, over, limit, error)
-            )
-
-        add("import simbrake", IMPORT)
+        costs = in_imports(found, ["import simbrake"])
         for name in names:
             file = str(ROOT / "scenarios" / name)
             itself = float(fresh(["-c", _WARM, file], kept).out.split()[-1])
@@ -243,10 +246,9 @@ def process(quick: bool) -> Part:
             error = largest_difference(
                 _told(line, kept), _told([*line, "--rtol", f"{TIGHT}"], kept)
             )
-            add(f"run {name}, cold", COLD[name], itself, error)
-            add(f"run {name}, again", AGAIN.get(name, 2.5), itself, error)
-        for what in wrong:
-            add(what, MISTAKEN_SCENE if "name in" in what else MISTAKE)
+            runs = [f"run {name}, cold", f"run {name}, again"]
+            costs += in_imports(found, runs, itself, error)
+        costs += in_imports(found, list(wrong))
     notes = (
         "The ratio is taken in every round and less the warm, optimised integration of the scene.",
         "Cold: with an empty cache folder; again: the next process with the same folder.",
@@ -287,68 +289,43 @@ def waits(quick: bool) -> Part:
         (ROOT / "README.md").read_text("utf-8").split("```python\n")[1].split("```")[0]
     )
     scene, gradient = block.split("print(sb.simulate(scene))")
-    lines = {  # what was done before, what is measured, its limit
-        "jax.grad of README, again": (scene + gradient, scene + gradient, 2.5),
-        "ensemble of 1000, other metrics": (scene + _STOPS, scene + _STOPS, 2.0),
-        "sweep of 25 after a run": (
-            f"{scene}print(sb.simulate(scene))",
-            scene + _SWEEP,
-            2.5,
-        ),
+
+    def script(text: str) -> Callable[[str], list[str]]:
+        return lambda metric: ["-c", text, metric]
+
+    stops = script(scene + _STOPS)
+    slopes = script(scene + gradient)
+    run = script(f"{scene}print(sb.simulate(scene))")
+    lines = {  # what was done before, what is measured
+        "jax.grad of README, again": (slopes, slopes),
+        "ensemble of 1000, other metrics": (stops, stops),
+        "sweep of 25 after a run": (run, script(scene + _SWEEP)),
     }
     metrics = iter(("stopping_angle", "energy.friction_heat", "slip_onset_time"))
     with cache_folder() as kept, tempfile.TemporaryDirectory() as folder:
-        for before, _, _ in lines.values():
-            fresh(["-c", before, "stopping_time"], kept)
+
+        def report(_: str) -> list[str]:
+            stands = str(ROOT / "scenarios" / "tripping_30_stands.py")
+            line = ["-m", "simbrake", "report", stands, "--out", folder]
+            return [*line, "--sensitivity", "energy.friction_heat"]
+
+        if not quick:
+            lines["report of 30 stands with a sensitivity, again"] = report, report
+        for before, _ in lines.values():
+            fresh(before("stopping_time"), kept)
 
         def turn() -> dict[str, float]:
             metric = next(metrics)
             return {
-                what: fresh(["-c", script, metric], kept).cpu
-                for what, (_, script, _) in lines.items()
+                what: fresh(line(metric), kept).cpu for what, (_, line) in lines.items()
             }
 
         found = Rounds.of(1 if quick else 3, turn)
-        unit = sorted(found.units)[len(found.units) // 2]
-        limits = {what: line[2] for what, line in lines.items()}
-        costs = [
-            Cost(w, found.seconds(w), "import jax", unit, found.in_units(w), limits[w])
-            for w in lines
-        ]
+        costs = in_imports(found, list(lines))
         if not quick:
-            line = [
-                "-m",
-                "simbrake",
-                "report",
-                str(ROOT / "scenarios" / "tripping_30_stands.py"),
-                "--out",
-                folder,
-            ]
-            cpu = [
-                fresh([*line, "--sensitivity", "energy.friction_heat"], kept).cpu
-                for _ in range(2)
-            ][1]
-            costs.append(
-                Cost(
-                    "report of 30 stands with a sensitivity, again",
-                    cpu,
-                    "a second",
-                    1.0,
-                    cpu,
-                    15.0,
-                )
-            )
             mine, theirs = map(float, fresh(["-c", _LAYERS], kept).out.split())
-            costs.append(
-                Cost(
-                    "simulate, 1000 layers, warm",
-                    mine,
-                    "prepared run",
-                    theirs,
-                    mine / theirs,
-                    3.0,
-                )
-            )
+            what = "simulate, 1000 layers, warm"
+            costs.append(Cost(what, mine, "prepared run", theirs, mine / theirs, 3.0))
     return Part("what users do next, in processes that import JAX", costs, ())
 
 
@@ -412,7 +389,7 @@ def looking(quick: bool) -> Part:
     """Looks at shipped scenes, and at many events."""
     import simbrake as sb
 
-    names, rounds = (list(COLD)[:1], 1) if quick else (list(COLD), 3)
+    names, rounds = (SCENES[:1], 1) if quick else (SCENES, 3)
     costs = []
     for name in names:
         costs += looks(name, sb.read_scene(ROOT / "scenarios" / name), LOOKS, rounds)

@@ -9,64 +9,50 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, Self
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: set for the benchmark's own process, not for a user's, whose Python also keeps the
 #: bytecode of what it imports
 _OURS = (
-    *(
-        "XLA_FLAGS",
-        "OPENBLAS_NUM_THREADS",
-        "OMP_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "JAX_COMPILATION_CACHE_DIR",
-    ),
-    *("PYTHONDONTWRITEBYTECODE", "PYTHONPYCACHEPREFIX"),
+    "XLA_FLAGS",
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "JAX_COMPILATION_CACHE_DIR",
+    "PYTHONDONTWRITEBYTECODE",
+    "PYTHONPYCACHEPREFIX",
 )
-UNIT = "import jax"
+#: a process that imports JAX and ends
+_UNIT = ["-c", "import jax"]
 
 
 class Done(NamedTuple):
-    """A process: what it took, its exit code and what it printed."""
+    """A process: its processor time (s) and what it printed."""
 
-    seconds: float
     cpu: float
-    code: int
     out: str
-    err: str
-    began: float
 
 
-def fresh(
-    arguments: Sequence[str],
-    cache: str | None = None,
-    code: int | None = 0,
-    more: Mapping[str, str] | None = None,
-) -> Done:
+def fresh(arguments: Sequence[str], cache: str | None = None, code: int = 0) -> Done:
     """Runs Python with these arguments in a fresh process.
 
     - `cache`: folder for whatever is kept between processes; `None`: one that is empty
-    - `code`: the exit code that it has to come to, any if `None`
-    - `more`: variables of its environment
+    - `code`: the exit code that it has to come to
     """
     if cache is None:
         with tempfile.TemporaryDirectory() as empty:
-            return fresh(arguments, empty, code, more)
+            return fresh(arguments, empty, code)
     environment = {
         name: value for name, value in os.environ.items() if name not in _OURS
     }
-    environment["PYTHONPATH"] = os.pathsep.join(
-        [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
-    )
     environment |= {
+        "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
         "XDG_CACHE_HOME": cache,
         "SIMBRAKE_CACHE_DIR": os.path.join(cache, "simbrake"),
+        "TF_CPP_MIN_LOG_LEVEL": "3",
     }
-    environment |= {"TF_CPP_MIN_LOG_LEVEL": "3", **(more or {})}
-    began = time.time()
     before = _children()
     done = subprocess.run(
         [sys.executable, *arguments],
@@ -75,25 +61,19 @@ def fresh(
         text=True,
         cwd=ROOT,
     )
-    seconds = time.time() - began
     cpu = _children() - before
-    if code is not None and done.returncode != code:
+    if done.returncode != code:
         raise RuntimeError(
             f"python {' '.join(arguments)[:200]} ended with "
             f"{done.returncode}:\n{done.stderr[-2000:]}"
         )
-    return Done(seconds, cpu, done.returncode, done.stdout, done.stderr, began)
+    return Done(cpu, done.stdout)
 
 
 def _children() -> float:
     """Processor time of all children that have ended, and of theirs."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def unit() -> float:
-    """Processor time of a process that imports JAX and ends."""
-    return fresh(["-c", UNIT]).cpu
 
 
 @contextlib.contextmanager
@@ -113,10 +93,10 @@ class Rounds(NamedTuple):
     @classmethod
     def of(cls, count: int, turn: Callable[[], dict[str, float]]) -> Self:
         """`count` rounds: the unit, then what `turn` measures."""
-        unit()  # from now on its files are in memory
+        fresh(_UNIT)  # from now on its files are in memory
         found = cls([], {})
         for _ in range(count):
-            found.units.append(unit())
+            found.units.append(fresh(_UNIT).cpu)
             for name, cpu in turn().items():
                 found.cpu.setdefault(name, []).append(cpu)
         return found
