@@ -8,7 +8,7 @@ steps of tr_bdf2, of order 2, add up to 1e-6.
 """
 
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -18,79 +18,35 @@ from benchmarks.peers.written.form import Program, Words
 from benchmarks.scenes import Answer, Case
 
 NAME = "pydiffsol"
-PACKAGES = ("pydiffsol",)
-PIP = "'pydiffsol>=0.6.2'"
+PACKAGES = ("pydiffsol", "sympy")
+PIP = "'pydiffsol>=0.6.2' sympy"
 AGREES = 2e-6
 _METHODS = ("tsit45", "bdf", "esdirk34", "tr_bdf2")
-
-
-class Text:
-    """An expression as text."""
-
-    def __init__(self, text: str):
-        self.text = text
-
-    def _joined(self, other: Any, sign: str, turned: bool = False) -> Self:
-        a = self.text
-        b = other.text if isinstance(other, Text) else repr(float(other))
-        if turned:
-            a, b = b, a
-        return type(self)(f"({a} {sign} {b})")
-
-    def __add__(self, other: Any) -> Self:
-        return self._joined(other, "+")
-
-    def __radd__(self, other: Any) -> Self:
-        return self._joined(other, "+", True)
-
-    def __sub__(self, other: Any) -> Self:
-        return self._joined(other, "-")
-
-    def __rsub__(self, other: Any) -> Self:
-        return self._joined(other, "-", True)
-
-    def __mul__(self, other: Any) -> Self:
-        return self._joined(other, "*")
-
-    def __rmul__(self, other: Any) -> Self:
-        return self._joined(other, "*", True)
-
-    def __truediv__(self, other: Any) -> Self:
-        return self._joined(other, "/")
-
-    def __neg__(self) -> Self:
-        return type(self)(f"(0.0 - {self.text})")
-
-    def __pow__(self, power: int) -> Self:
-        return type(self)(f"pow({self.text}, {float(power)})")
 
 
 def text_of(program: Program, numbers: int) -> str:
     """The program in diffsol's language: inputs are the state at the start and the
     numbers."""
-    names: list[str] = []
+    import sympy
 
-    def let(x: Text) -> Text:
-        names.append(x.text)
-        return Text(f"k{len(names) - 1}")
+    kept = []
 
-    y, q = (
-        [Text(f"{name}{i}") for i in range(n)]
-        for name, n in (("y", program.states), ("q", numbers))
-    )
-    words = Words(lambda x: Text(f"exp({x.text})"), let)
-    rates, guards = program.equations(words, Text("t"), y, q)
-    inputs = [f"s{i} = 1.0" for i in range(program.states)] + [
-        f"q{i} = 1.0" for i in range(numbers)
-    ]
-    blocks = [f"in_i {{ {', '.join(inputs)} }}"]
-    blocks.append(
-        "u_i { " + ", ".join(f"y{i} = s{i}" for i in range(program.states)) + " }"
-    )
-    blocks += [f"k{i} {{ {text} }}" for i, text in enumerate(names)]
+    def let(x: Any) -> Any:
+        kept.append(x)
+        return sympy.Symbol(f"k{len(kept) - 1}")
+
+    y = sympy.symbols(f"y:{program.states}", seq=True)
+    q = sympy.symbols(f"q:{numbers}", seq=True)
+    words = Words(sympy.exp, let)
+    rates, guards = program.equations(words, sympy.Symbol("t"), y, q)
+    inputs = [f"s{i} = 1.0" for i in range(program.states)]
+    inputs += [f"q{i} = 1.0" for i in range(numbers)]
+    starts = [f"y{i} = s{i}" for i in range(program.states)]
+    blocks = [f"in_i {{ {', '.join(inputs)} }}", f"u_i {{ {', '.join(starts)} }}"]
+    blocks += [f"k{i} {{ {sympy.ccode(value)} }}" for i, value in enumerate(kept)]
     for name, values in (("F_i", rates), ("stop_i", guards)):
         if values:
-            blocks.append(f"{name} {{ {', '.join(value.text for value in values)} }}")
+            blocks.append(f"{name} {{ {', '.join(map(sympy.ccode, values))} }}")
     return "\n".join(blocks)
 
 

@@ -1,7 +1,6 @@
 """What a mode is to a tool that takes expressions: operators, `exp` and whole powers,
 and numbers that it is given."""
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -14,10 +13,6 @@ class Words(NamedTuple):
 
     exp: Callable[[Any], Any]
     let: Callable[[Any], Any]
-
-
-#: with them the expressions are plain floats
-FLOATS = Words(math.exp, lambda x: x)
 
 
 class Program(NamedTuple):
