@@ -253,10 +253,9 @@ def main() -> int:
         wrong |= safe < LEAST_SAFE or sharp < LEAST_SHARP or false > 0
         print(
             f"rtol {rtol:.0e}: {len(here)} scenes, {len(rows)} cases; true ≤ 3 "
-            "estimate + 1e-13 scale in"
-            f" {100 * safe:.2f} %, estimate ≤ 100 true + 1e-12 scale in "
-            f"{100 * sharp:.2f} %; no estimate in {none}"
-            f" scenes, {needless} of them without need; {false} estimates of other events"
+            f"estimate + 1e-13 scale in {100 * safe:.2f} %, estimate ≤ 100 true + "
+            f"1e-12 scale in {100 * sharp:.2f} %; no estimate in {none} scenes, "
+            f"{needless} of them without need; {false} estimates of other events"
         )
     if options.json:
         data = [

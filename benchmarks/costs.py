@@ -650,9 +650,8 @@ def gradient(quick: bool) -> Part:
     ]
     notes = (
         "rtol 1e-8; error: of the derivatives by initial speed (jvp: that alone), "
-        "inertia, friction, and slack tension"
-        " (a) or slope of the fade (b, c), against the closed form (a) or central "
-        "differences of tight runs.",
+        "inertia, friction, and slack tension (a) or slope of the fade (b, c), against "
+        "the closed form (a) or central differences of tight runs.",
     )
     return Part("derivatives of the stopping time", costs, notes)
 

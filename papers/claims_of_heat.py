@@ -69,9 +69,8 @@ def frequency(_: Runs) -> Found:
     high = [float(r.amplitude[0]) for r in found]
     text = (
         f"cycles per turn {of_each(rate, '.0f')} at overlaps {of_each(kappa)}: more "
-        "linings of one length "
-        "raise the frequency, "
-        f"closing their gaps lowers it; amplitude {of_each(high, '.1f')} K"
+        "linings of one length raise the frequency, closing their gaps lowers it; "
+        f"amplitude {of_each(high, '.1f')} K"
     )
     return Found(
         rate[2] / rate[0],
@@ -123,8 +122,7 @@ def metal_share(_: Runs) -> Found:
     )
     text = (
         f"{of_each(share, '.3f')} by $K_1/(K_1 + K_2)$ with V's coefficients; "
-        "effusivities (Charron) give "
-        f"{charron:.3f} at all of them"
+        f"effusivities (Charron) give {charron:.3f} at all of them"
     )
     return Found(
         share[1], text, judged(np.abs(np.asarray(share) - [0.531, 0.756]) < 2e-3)
@@ -183,8 +181,7 @@ def open_brake(_: Runs) -> Found:
     off = np.abs(run - formula)
     text = (
         f"the rim rejects {of_each(run, '.3f')} of the heat in ten minutes from 100, "
-        "300, 450 °C, by the formula "
-        f"{of_each(formula, '.3f')}"
+        f"300, 450 °C, by the formula {of_each(formula, '.3f')}"
     )
     return Found(float(np.max(off)), text, judged(off < 0.05, off < 0.05))
 
@@ -225,10 +222,9 @@ def drum(_: Runs) -> Found:
     work = [np.asarray(sb.results.friction_work(r)) for r in (second, first)]
     text = (
         f"the rim warms by {rise[0]:.2f} K in a drum with two shoes, by {rise[1]:.2f} "
-        "K under a band; the most loaded "
-        f"lining takes {np.max(work[0]) / np.min(work[0]):.2f} times the heat of the "
-        "least loaded one, under the band "
-        f"{np.max(work[1]) / np.min(work[1]):.2f} times"
+        "K under a band; the most loaded lining takes "
+        f"{np.max(work[0]) / np.min(work[0]):.2f} times the heat of the least loaded "
+        f"one, under the band {np.max(work[1]) / np.min(work[1]):.2f} times"
     )
     ratio = rise[0] / rise[1]
     return Found(ratio, text, judged(abs(ratio - 1) < 0.02, abs(ratio - 1) < 0.1))
@@ -250,10 +246,8 @@ def governs(_: Runs) -> Found:
     )
     text = (
         "equal between 250 and 400 °C, where linings are permissible, for h from "
-        f"{low:.0f} to {high:.0f} "
-        "W/(m²·K) at an "
-        "emissivity of 0.8; at 40 W/(m²·K) from "
-        f"{sb.thermal.radiation_governs_above(40.0, 0.8) - ZERO:.0f} °C on"
+        f"{low:.0f} to {high:.0f} W/(m²·K) at an emissivity of 0.8; at 40 W/(m²·K) "
+        f"from {sb.thermal.radiation_governs_above(40.0, 0.8) - ZERO:.0f} °C on"
     )
     return Found(high, text, judged(low < 10 and high > 40, high > 10))
 
@@ -284,8 +278,7 @@ def stabilisation(_: Runs) -> Found:
     last = flow(sb.cyclic_steady_state(cycle).result)
     text = (
         f"{first / 1e3:.1f} kJ in the first cycle from cold, {last / 1e3:.1f} kJ in "
-        "the cyclic steady "
-        "state: the flange goes on rejecting heat"
+        "the cyclic steady state: the flange goes on rejecting heat"
     )
     return Found(last / first, text, judged(last < 0.05 * first, last < first))
 
@@ -352,8 +345,7 @@ def gradients(runs: Runs) -> Found:
     )
     text = (
         f"steepest in the lining over steepest in the rim {of_each(over, '.1f')} in "
-        "the middle and at the "
-        "end of a stop; the least in the rim is 0, at its back"
+        "the middle and at the end of a stop; the least in the rim is 0, at its back"
     )
     return Found(float(over[0]), text, judged(over > 1, over > 1))
 
@@ -415,7 +407,6 @@ def burn_off(runs: Runs) -> Found:
     )
     text = (
         f"{100 * share:.2g} % of the heat of the linings, {100 * share * hotter:.2g} % "
-        "with the wear of 600 °C; the "
-        "package has no such sink"
+        "with the wear of 600 °C; the package has no such sink"
     )
     return Found(share * hotter, text, judged(share * hotter < 0.05, share < 0.05))

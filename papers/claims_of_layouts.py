@@ -36,8 +36,7 @@ def tight_side(_: Runs) -> Found:
     ]
     text = (
         f"$N_{{10}}/N_1$ = {of_each(ratio)} at f = {of_each(FRICTIONS, '.1f')}; "
-        "between 1.5 and 3 for f "
-        f"from {inside[0]:.2f} to {inside[-1]:.2f}"
+        f"between 1.5 and 3 for f from {inside[0]:.2f} to {inside[-1]:.2f}"
     )
     return Found(ratio[1], text, judged((ratio >= 1.5) & (ratio <= 3.0), inside))
 
@@ -89,9 +88,8 @@ def sliding_arc(_: Runs) -> Found:
     needed = np.degrees(math.log(2.0) / FRICTIONS[[0, 1, 3]])
     text = (
         f"with the last chords given, {of_each(arc, '.1f')}° at f = 0.1, 0.2, 0.4, but "
-        "the ratio of "
-        "tensions grows with it; "
-        f"for one ratio (2) the arc falls, {of_each(needed, '.0f')}°"
+        "the ratio of tensions grows with it; for one ratio (2) the arc falls, "
+        f"{of_each(needed, '.0f')}°"
     )
     return Found(
         arc[-1] / arc[0],
@@ -183,9 +181,8 @@ def edges(_: Runs) -> Found:
     same_tension = pressures(2 * arc, None) / pressures(arc, None)
     text = (
         f"edges of a lining of 54° over those of 27° at f = 0.3: {of_each(same_load)} "
-        "(slack, tight) with the same "
-        f"load, {of_each(same_tension)} with the same tension at its slack side, where "
-        "it takes more load"
+        f"(slack, tight) with the same load, {of_each(same_tension)} with the same "
+        "tension at its slack side, where it takes more load"
     )
     return Found(
         float(same_load[1]),
@@ -241,8 +238,7 @@ def stopping_times(_: Runs) -> Found:
         load.append(highest[0] / highest[1])
     text = (
         f"between uniform and variable pitch it differs by {of_each(spread)} % at f = "
-        "0.3, 0.5, the "
-        f"maximum load by the factor {of_each(load)}"
+        f"0.3, 0.5, the maximum load by the factor {of_each(load)}"
     )
     return Found(
         spread[0], text, judged(np.asarray(spread) < 10.0, np.asarray(spread) < 10.0)
@@ -264,8 +260,7 @@ def lower_friction(runs: Runs) -> Found:
     ratio = float(np.mean(f[half:]) / np.mean(f[:half]))
     text = (
         "mean of the tight half over that of the slack half at the end of a hot stop: "
-        f"{ratio:.3f}; by "
-        "heating alone, cold they are equal"
+        f"{ratio:.3f}; by heating alone, cold they are equal"
     )
     return Found(ratio, text, judged(ratio < 1))
 
@@ -288,8 +283,7 @@ def torque_falls(runs: Runs) -> Found:
     f = float(np.mean(np.asarray(result.series([hot]).friction_coefficient)) / 0.35)
     text = (
         f"friction falls to {100 * f:.0f} %, the torque of the same lever to "
-        f"{100 * ratio:.0f} % of that "
-        "of a cold brake"
+        f"{100 * ratio:.0f} % of that of a cold brake"
     )
     return Found(ratio, text, judged(ratio < f, ratio < 1))
 
@@ -320,10 +314,9 @@ def areas(_: Runs) -> Found:
     plain, follow, equal = np.asarray(found).T
     text = (
         f"maximum over minimum pressure at f = {of_each(FRICTIONS, '.1f')}: uniform "
-        f"pitch {of_each(plain)}, variable "
-        f"{of_each(follow)} if areas follow the angles, {of_each(equal)} if all areas "
-        "are equal: a longer lining takes "
-        "load in proportion"
+        f"pitch {of_each(plain)}, variable {of_each(follow)} if areas follow the "
+        f"angles, {of_each(equal)} if all areas are equal: a longer lining takes load "
+        "in proportion"
     )
     return Found(follow[2], text, judged(follow < 1.1, follow < 0.9 * plain))
 
@@ -361,10 +354,9 @@ def branches(_: Runs) -> Found:
     variable = float(np.max(normal) / np.min(normal))
     text = (
         f"maximum over minimum wear {of_each(alike)} with {of_each(slack, 'd')} of ten "
-        "linings on the slack branch, "
-        f"{of_each(given)} if the areas of a branch follow its mean load; "
-        f"{variable:.2f} with variable pitch and "
-        "linings of one size"
+        f"linings on the slack branch, {of_each(given)} if the areas of a branch "
+        f"follow its mean load; {variable:.2f} with variable pitch and linings of one "
+        "size"
     )
     best = min(alike.min(), given.min())
     return Found(best, text, judged(best < min(variable, alike[0]), best < alike[0]))

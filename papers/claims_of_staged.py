@@ -31,8 +31,7 @@ def stages(runs: Runs) -> Found:
     names = [stage.name for stage in runs.cold_staged.stages][:3]
     text = (
         f"stages of a stop in this order: {', '.join(names).replace('_', ' ')}; both "
-        "pairs slide for "
-        f"{runs.cold_staged.stages[1].duration:.2f} s in between"
+        f"pairs slide for {runs.cold_staged.stages[1].duration:.2f} s in between"
     )
     return Found(
         len(names),
@@ -66,9 +65,8 @@ def condition(_: Runs) -> Found:
     ]
     text = (
         f"the internal pair can slide from $f_e/f_i$ = {least:.2f} on, as the band has "
-        "the longer arm; "
-        f"a run with 0.8 {'has' if seen[0] else 'lacks'} stage 3, one with 1.4 "
-        f"{'has' if seen[1] else 'lacks'} it"
+        f"the longer arm; a run with 0.8 {'has' if seen[0] else 'lacks'} stage 3, one "
+        f"with 1.4 {'has' if seen[1] else 'lacks'} it"
     )
     separate = seen == [False, True]
     return Found(least, text, judged(separate and abs(least - 1) < 0.02, separate))
@@ -88,9 +86,8 @@ def stage_three(runs: Runs) -> Found:
     heat = third / float(runs.standard.energy["friction_heat"])
     text = (
         "work of the internal pair in stage 3 over that of the serial brake "
-        f"{heat:.3f} (same friction on "
-        "the rim, lever × "
-        f"{factor:.2f}): the same pair and law, less what the earlier stages took"
+        f"{heat:.3f} (same friction on the rim, lever × {factor:.2f}): the same pair "
+        "and law, less what the earlier stages took"
     )
     return Found(heat, text, judged(abs(heat - 1) < 0.05, heat > 0.8))
 
@@ -113,9 +110,7 @@ def cooler(runs: Runs) -> Found:
     text = (
         f"rim at most {rise[0] + sb.thermal.ROOM - ZERO:.1f} °C against "
         f"{rise[1] + sb.thermal.ROOM - ZERO:.1f} °C (linings {lining[0]:.1f} against "
-        f"{lining[1]:.1f} °C), "
-        ""
-        f"same friction on the rim, lever × {factor:.2f}"
+        f"{lining[1]:.1f} °C), same friction on the rim, lever × {factor:.2f}"
     )
     return Found(rise[0] / rise[1], text, judged(rise[0] < rise[1]))
 
@@ -137,8 +132,7 @@ def levelling(_: Runs) -> Found:
         share.append(float(energy["heat_external"]) / float(energy["friction_heat"]))
     text = (
         f"share of the external pair {of_each(share)} of the friction work by preload "
-        "(0, 8, 8, 30 kN) "
-        "and time of the lever (0.35, 0.35, 2, 2 s)"
+        "(0, 8, 8, 30 kN) and time of the lever (0.35, 0.35, 2, 2 s)"
     )
     return Found(
         max(share),
@@ -258,9 +252,8 @@ def turning(_: Runs) -> Found:
     serial = rejected(False, 10.0)
     text = (
         f"linings have rejected {100 * turned[1]:.0f} % of their heat, "
-        f"{100 * still[1]:.0f} % if their faces were in "
-        f"still air, those of a serial brake {100 * serial[1]:.0f} %; the rim, whose "
-        "track stays covered by three "
+        f"{100 * still[1]:.0f} % if their faces were in still air, those of a serial "
+        f"brake {100 * serial[1]:.0f} %; the rim, whose track stays covered by three "
         f"quarters, {100 * turned[0]:.1f} and {100 * still[0]:.1f} %, of a serial "
         f"brake {100 * serial[0]:.1f} %"
     )
@@ -288,10 +281,8 @@ def flexible(_: Runs) -> Found:
     (uneven, pairs), (uneven_soft, pairs_soft) = found
     text = (
         "a quarter of the stiffness: peak loads of the linings, maximum over minimum, "
-        f"{uneven:.2f} -> "
-        f"{uneven_soft:.2f}; "
-        f"internal over external {pairs:.2f} -> {pairs_soft:.2f} (the preload); full "
-        "slip does not depend on stiffness"
+        f"{uneven:.2f} -> {uneven_soft:.2f}; internal over external {pairs:.2f} -> "
+        f"{pairs_soft:.2f} (the preload); full slip does not depend on stiffness"
     )
     return Found(
         float(uneven_soft / uneven),
@@ -313,9 +304,8 @@ def overlaps(runs: Runs) -> Found:
     inner = np.asarray(of.internal_dynamic) > np.asarray(of.internal_static)
     text = (
         f"external {of.external_dynamic[0]:.2f} dynamic, internal "
-        f"{of.internal_static[0]:.2f} static in "
-        f"stage 1; {of.external_static[1]:.2f} static, {of.internal_dynamic[1]:.2f} "
-        "dynamic in stage 3"
+        f"{of.internal_static[0]:.2f} static in stage 1; {of.external_static[1]:.2f} "
+        f"static, {of.internal_dynamic[1]:.2f} dynamic in stage 3"
     )
     return Found(
         float(of.external_dynamic[0]),
@@ -370,10 +360,9 @@ def thermal_shock(_: Runs) -> Found:
     more = spread(shocked[0.75], 0.75)
     text = (
         f"stopping times of four stops differ by {before:.1f} % with new linings, by "
-        f"{after:.1f} % after "
-        "30 s at 400 °C if heat "
-        f"and running-in end at one friction, by {more:.1f} % if heat takes it lower; "
-        "the law's numbers are assumptions"
+        f"{after:.1f} % after 30 s at 400 °C if heat and running-in end at one "
+        f"friction, by {more:.1f} % if heat takes it lower; the law's numbers are "
+        "assumptions"
     )
     return Found(
         after / before, text, judged(max(after, more) < before, after < before)
@@ -423,9 +412,8 @@ def larger_area(_: Runs) -> Found:
     ]
     text = (
         f"twice the area: friction × {same_pressure:.3f} at one pressure, where the "
-        "real share of the face stays "
-        f"{real[0]:.4f} and {real[1]:.4f} (S-34); × {same_load:.3f} at one load, if it "
-        "falls with pressure (assumption)"
+        f"real share of the face stays {real[0]:.4f} and {real[1]:.4f} (S-34); × "
+        f"{same_load:.3f} at one load, if it falls with pressure (assumption)"
     )
     return Found(same_pressure, text, judged(same_pressure > 1, same_load > 1))
 
@@ -455,10 +443,9 @@ def smaller_outside(_: Runs) -> Found:
     staged = [one == ["stage_1", "stage_2", "stage_3"] for one in names]
     text = (
         f"mean pressure inside over outside in stage 3 {of_each(ratio)} with outer "
-        f"faces of {of_each(share, '.1f')} of "
-        f"the inner ones; the three stages come in {sum(staged)} of {len(staged)} "
-        "runs: friction and loads decide, "
-        "areas only where friction depends on pressure"
+        f"faces of {of_each(share, '.1f')} of the inner ones; the three stages come in "
+        f"{sum(staged)} of {len(staged)} runs: friction and loads decide, areas only "
+        "where friction depends on pressure"
     )
     needed = [came == (higher > 1) for came, higher in zip(staged, ratio, strict=True)]
     return Found(ratio[-1], text, judged(needed))
@@ -507,9 +494,8 @@ def forced_cooling(runs: Runs) -> Found:
     )
     text = (
         f"track, inner faces of the linings and band rise by {of_each(plain, '.0f')} K "
-        f"in air, {of_each(rim, '.0f')} K "
-        f"with 1 kW/(m²·K) behind the rim, {of_each(band, '.0f')} K with 0.5 kW/(m²·K) "
-        "on the band, "
+        f"in air, {of_each(rim, '.0f')} K with 1 kW/(m²·K) behind the rim, "
+        f"{of_each(band, '.0f')} K with 0.5 kW/(m²·K) on the band, "
         f"{of_each(both, '.0f')} K with both: each way cools the metal of its own pair"
     )
     whole = (
@@ -552,10 +538,9 @@ def springs(_: Runs) -> Found:
     whole, each = (b / a for a, b in zip(narrow, inverse, strict=True))
     text = (
         "linings of twice the width on springs of half the stiffness: elongation of "
-        f"the bandage × {whole:.2f}, of "
-        f"each spring × {each:.2f}; with the same springs × {same[0] / narrow[0]:.2f} "
-        f"and × {same[1] / narrow[1]:.2f}: "
-        "the rule keeps the compliance of the bandage, not the load of a spring"
+        f"the bandage × {whole:.2f}, of each spring × {each:.2f}; with the same "
+        f"springs × {same[0] / narrow[0]:.2f} and × {same[1] / narrow[1]:.2f}: the "
+        "rule keeps the compliance of the bandage, not the load of a spring"
     )
     return Found(
         whole,

@@ -223,9 +223,8 @@ def main() -> None:
     )
     print(
         "equal work over the stop differs from Z's by up to "
-        f"{np.degrees(np.abs(work.angle - z).max()):.2f}°; "
-        "Z's layout leaves a maximum over minimum work of "
-        f"{work.row('closed form').non_uniformity:.4f}"
+        f"{np.degrees(np.abs(work.angle - z).max()):.2f}°; Z's layout leaves a maximum "
+        f"over minimum work of {work.row('closed form').non_uniformity:.4f}"
     )
     loads = [
         np.asarray(sb.results.lining_mean(sb.simulate(one), "normal_load"))

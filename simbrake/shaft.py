@@ -320,8 +320,7 @@ def faults_of_table(path: str, speeds: Scalar, torques: Scalar) -> Faults:
 #: how a loss of the tackle is given, in place of an efficiency without its direction
 _TACKLE = (
     "give `sheave_factor = 1.04` (roller bearings), or an efficiency with its "
-    "direction: `hoisting_efficiency` (that "
-    "of a data sheet) or `lowering_efficiency`"
+    "direction: `hoisting_efficiency` (that of a data sheet) or `lowering_efficiency`"
 )
 #: error of a loss of the tackle under a load on no hook
 NO_TACKLE = (

@@ -56,8 +56,7 @@ Many = Annotated[list[str] | None, REPEATED]
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 _SCENE = (
     "Scene: a TOML file, a Python file with a function scene(), whose code is run, or "
-    "the name of a template or "
-    "shipped scene (simbrake new lists these)."
+    "the name of a template or shipped scene (simbrake new lists these)."
 )
 SceneFile = Annotated[Path, Parameter(name="SCENE", help=_SCENE, converter=named_file)]
 _REPLAY = f"Replay the recording on the brake of a scene. {_SCENE}"

@@ -26,8 +26,7 @@ FAILURES = {
         "step_limit",
         "the step limit was reached before the end time",
         "raise max_steps, loosen rtol, take solver=Rodas5P() where the motion is stiff "
-        "(as under strong drag), "
-        "or look for a mode that changes all the time",
+        "(as under strong drag), or look for a mode that changes all the time",
     ),
     Code.EVENT_LIMIT: (
         "event_limit",
@@ -65,8 +64,7 @@ FAILURES = {
         "1 + γ fell to 0: friction fades faster than the elastic band can follow, and "
         "its tension would jump",
         "give the surface that the friction law senses a larger capacity, states of "
-        "the law slower rates, "
-        "or the band a higher stiffness",
+        "the law slower rates, or the band a higher stiffness",
     ),
     BrakeCode.FLASH_FOLD: (
         "flash_fold",
@@ -275,8 +273,7 @@ EVENTS = {
     ),
     "lining_limit": EventMeaning(
         "lining `i`, on alike rims that of every band, reaches its friction limit, "
-        "`T_n/T_0 = Π_i` (reversed: counted "
-        "from the anchor); a mark",
+        "`T_n/T_0 = Π_i` (reversed: counted from the anchor); a mark",
         _BAND,
         "a lining has reached its friction limit",
     ),
@@ -295,15 +292,13 @@ EVENTS = {
     ),
     "restart": EventMeaning(
         "the load exceeded the static limit of a brake at rest, or the grip fell below "
-        "the load; with the band open: "
-        "the load exceeded dry friction of the shaft",
+        "the load; with the band open: the load exceeded dry friction of the shaft",
         _ANY,
         "the load exceeded what the brake at rest can hold",
     ),
     "reversal": EventMeaning(
         "the speed of the pulley passed through 0 and changed its sign without a rest; "
-        "against dry friction "
-        "of the shaft a change of mode, else a mark",
+        "against dry friction of the shaft a change of mode, else a mark",
         _ANY,
         "the shaft turned round without a rest",
     ),

@@ -900,8 +900,7 @@ METRICS: dict[str, Metric] = {
         mark=Mark(
             "coolant_boils",
             "a wetted wall is as hot as its coolant boils, `Liquid.boiling`; from then "
-            "on the run is no longer valid, "
-            "as its coefficient is that of a liquid",
+            "on the run is no longer valid, as its coefficient is that of a liquid",
             "any brake with a `WaterJacket`",
             "the coolant boils at the wall",
             "coolant boils",

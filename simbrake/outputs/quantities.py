@@ -716,8 +716,7 @@ class Series(NamedTuple):
         VectorM | None,
         "",
         "static capacity of the brake over the load on a pulley at rest, under the "
-        "tension of that instant, "
-        "of a lever that follows the speed under its limit",
+        "tension of that instant, of a lever that follows the speed under its limit",
         _reserve,
     ]
     friction_power: FrictionPower

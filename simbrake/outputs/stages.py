@@ -236,9 +236,8 @@ def absent_stages(
         if drive <= growth:
             reason = (
                 "the external friction does not exceed the internal: per newton of "
-                "slack tension the band holds the "
-                f"bandage with {drive:.4g} N·m, the rim drives it with up to "
-                f"{growth:.4g} N·m; it turns with the pulley"
+                f"slack tension the band holds the bandage with {drive:.4g} N·m, the "
+                f"rim drives it with up to {growth:.4g} N·m; it turns with the pulley"
             )
         elif greatest < tension:
             reason = (

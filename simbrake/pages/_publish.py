@@ -70,8 +70,7 @@ class Published(NamedTuple):
     def __str__(self) -> str:
         return (
             f"{self.sliders} sliders, {self.metrics} metrics; the page has "
-            f"{self.size / 1e6:.2g} MB, "
-            f"{self.program / 1e6:.2g} MB of them its program"
+            f"{self.size / 1e6:.2g} MB, {self.program / 1e6:.2g} MB of them its program"
         )
 
 

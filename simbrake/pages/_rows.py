@@ -387,11 +387,10 @@ def load_words(load: AbstractLoad) -> str:
         case TrippingLoad():
             words = (
                 f"trip in {load.count} stands of {_five(load.stand, 'kg')}, one every "
-                f"{number(load.period, 's')}: {_five(load.empty, 'kg')} of "
-                "hook and block, and from "
-                f"{number(load.taken, 's')} to {number(load.set, 's')} of each cycle "
-                "the string, initially "
-                f"{_five(load.string, 'kg')}; {_tackle(load)}"
+                f"{number(load.period, 's')}: {_five(load.empty, 'kg')} of hook and "
+                f"block, and from {number(load.taken, 's')} to {number(load.set, 's')} "
+                f"of each cycle the string, initially {_five(load.string, 'kg')}; "
+                f"{_tackle(load)}"
             )
         case StringLoad():
             string, stand, empty = (

@@ -541,8 +541,7 @@ _MISSING_PAIR = {
     "friction": (
         "is missing: the friction heat of linings and rim (internal pair) would enter no body",
         "name its places: `FrictionHeat(metal, lining, partition)`, or build the "
-        "network with `lumped_heat` or "
-        "`layered_heat`, linings included",
+        "network with `lumped_heat` or `layered_heat`, linings included",
     ),
     "external": (
         "is missing: the friction heat of band and linings (external pair) would enter no body",

@@ -54,8 +54,7 @@ def warnings(scene: Scene) -> list[str]:
         text = ", ".join(f"{share:.4g}" for share in shares)
         messages.append(
             f"unequal_bands: the bands carry {text} of the tension; their heat and "
-            "pressure are taken as the mean "
-            "(a `MultiBandBrake` has those of each)"
+            "pressure are taken as the mean (a `MultiBandBrake` has those of each)"
         )
     return messages
 

@@ -149,9 +149,8 @@ def forms() -> str:
     dates, clocks, zones = (" | ".join(kind) for kind in (DATES, CLOCKS, ZONES))
     return (
         f"accepted: dates as {dates} (with - / or . between, also after the name of "
-        f"their day), clocks as {clocks}, "
-        f"one after the other in any order, after the clock its zone as {zones}; or "
-        "numbers in a unit of time"
+        f"their day), clocks as {clocks}, one after the other in any order, after the "
+        f"clock its zone as {zones}; or numbers in a unit of time"
     )
 
 

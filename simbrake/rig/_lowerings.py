@@ -253,9 +253,8 @@ class _Finder:
             when = f"{abs(lag):g} s {'later' if lag > 0 else 'earlier'}"
             self.notes.append(
                 f"the load shows starts and stops of the block about {when} than the "
-                "height does, outside of the "
-                f"intervals of the work: where their clocks differ, offset={lag:g} "
-                "brings them together"
+                "height does, outside of the intervals of the work: where their clocks "
+                f"differ, offset={lag:g} brings them together"
             )
 
     def _cuts(self, spans: list[tuple[int, int]]) -> np.ndarray:

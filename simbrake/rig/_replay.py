@@ -599,8 +599,7 @@ class Replay(Tabular):
         )
         return (
             "upper bound, by a second run with the auxiliary brake or motor out: "
-            f"{words}: {self.bound.status}; "
-            f"with the assumed share {taken}",
+            f"{words}: {self.bound.status}; with the assumed share {taken}",
         )
 
     @property

@@ -263,9 +263,8 @@ def _stability(result: Result) -> list[Finding]:
         verb = "gives too little," if least["margin"] < -BALANCED else "gives at least"
         phrases.append(
             f"Under the maximum force of the lever the sliding brake {verb} {torque} "
-            f"against {load} of the load "
-            f"(at {number(least['time'], 's')}): runaway margin "
-            f"{digits(100 * least['margin'], 4)} %."
+            f"against {load} of the load (at {number(least['time'], 's')}): runaway "
+            f"margin {digits(100 * least['margin'], 4)} %."
         )
     for finding in holding(report):
         values["holding_reserve"] = finding.numbers["value"]

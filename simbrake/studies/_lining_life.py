@@ -117,9 +117,8 @@ class LiningLife(Tabular):
             )
         yield (
             f"uneven   maximum wear of one stop {self.over_mean[0]:.4g} times the mean "
-            f"and {self.over_least[0]:.4g} "
-            f"times the minimum initially, {self.over_mean[-1]:.4g} and "
-            f"{self.over_least[-1]:.4g} times at the end"
+            f"and {self.over_least[0]:.4g} times the minimum initially, "
+            f"{self.over_mean[-1]:.4g} and {self.over_least[-1]:.4g} times at the end"
         )
         yield f"used     {100 * self.used:.1f} % of the permissible wear of all linings"
         columns = [

@@ -388,8 +388,7 @@ def test_a_log_whose_only_lowering_is_in_a_gap_is_read(tmp_path):
     assert book.answer[0] == "no lowering without flags"
     assert book.answer[-1] == (
         "gaps in the log: 1, 28 s in all; unknown, and in no total: travel and energy "
-        "in 1 of them, after which the "
-        "block is 20 m lower in all"
+        "in 1 of them, after which the block is 20 m lower in all"
     )
     assert book.totals["hook_work"] == 0.0
 

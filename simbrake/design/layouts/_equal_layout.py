@@ -184,9 +184,8 @@ def equal_load_angles(
         where = f"lining {at + 1}" if isinstance(at, int) else "a lining"
         raise InfeasibleLayout(
             f"equal loads on {n} linings over {math.degrees(wrap):.1f}°: {where} "
-            "cannot carry the load "
-            "(the load of one lining peaks at tan(β/2) = f^(−1/3), and f·tan(β/2) must "
-            "stay below 1)"
+            "cannot carry the load (the load of one lining peaks at tan(β/2) = "
+            "f^(−1/3), and f·tan(β/2) must stay below 1)"
         )
     fz = friction * z
     return Layout(2 * np.arctan(z), float(np.prod((1 + fz) / (1 - fz))), n)
@@ -668,8 +667,7 @@ class _Search:
         if not np.all(np.isfinite(residual)):
             raise InfeasibleLayout(
                 "the starting layout has no positive target at every lining: do all "
-                "linings slide in the run, and is "
-                "none self-locking (f·tan(β/2) ≥ 1)?"
+                "linings slide in the run, and is none self-locking (f·tan(β/2) ≥ 1)?"
             )
         fit = least_squares(
             lambda w: self.look(w).values,
@@ -806,10 +804,9 @@ def equal_layout(
         grip = search.friction * np.tan(best.angle / 2)
         raise InfeasibleLayout(
             f"{' and '.join(named)} cannot be made equal: the best layout found has a "
-            "maximum over minimum of "
-            f"{best.non_uniformity:.6g}; lining {int(np.argmax(grip)) + 1} is nearest "
-            "to self-locking, "
-            f"f·tan(β/2) = {np.max(grip):.4g}"
+            f"maximum over minimum of {best.non_uniformity:.6g}; lining "
+            f"{int(np.argmax(grip)) + 1} is nearest to self-locking, f·tan(β/2) = "
+            f"{np.max(grip):.4g}"
         )
     laid = place(
         scene,

@@ -88,9 +88,8 @@ class LeastTension(Tabular):
         how = "found" if self.success else f"NOT converged ({self.message})"
         yield (
             f"minimum {self.objective} {how}: == {self.value:.8g} {self.unit} (start "
-            f"{self.start:.8g}) "
-            f"in {self.iterations} iterations, {self.runs} runs; stationary to "
-            f"{self.stationarity:.1e}"
+            f"{self.start:.8g}) in {self.iterations} iterations, {self.runs} runs; "
+            f"stationary to {self.stationarity:.1e}"
         )
         start = Column("start")
         value = Column("value")
