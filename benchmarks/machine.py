@@ -17,6 +17,7 @@ PACKAGES = (
     "casadi",
     "heyoka",
     "pydiffsol",
+    "pathsim",
 )
 
 
@@ -34,7 +35,7 @@ def machine() -> dict[str, Any]:
             cpu,
         )
     versions = {"python": platform.python_version()}
-    for package in (*PACKAGES, "pathsim"):
+    for package in PACKAGES:
         try:
             versions[package] = version(package)
         except PackageNotFoundError:

@@ -22,10 +22,6 @@ class Times(NamedTuple):
         return statistics.median(self.wall)
 
     @property
-    def least(self) -> float:
-        return min(self.wall)
-
-    @property
     def cpu_least(self) -> float:
         return min(self.cpu)
 
