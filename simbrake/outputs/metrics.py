@@ -1181,9 +1181,21 @@ def is_least(metric: str) -> bool:
     return metric.startswith("min_")
 
 
+#: metrics of motion in either sense, below 0 upwards: their limits are of the size
+_EITHER_WAY = ("stopping_angle", "hook_travel", "total_hook_travel", "terminal_speed")
+
+
+def is_of_size(metric: str) -> bool:
+    """Whether a limit of a metric is that of its size, whatever its sign."""
+    return metric in _EITHER_WAY
+
+
 def margin_to(limit: Any, metric: str, value: Any) -> Any:
-    """How far a value is within its limit: `limit − value`, or `value − limit`."""
-    return value - limit if is_least(metric) else limit - value
+    """How far a value is within its limit: `limit − value`, or `value − limit` of a
+    least value, `limit − |value|` of a motion in either sense."""
+    if is_least(metric):
+        return value - limit
+    return limit - (abs(value) if is_of_size(metric) else value)
 
 
 def keeps(limit: Any, metric: str, value: Any) -> Any:

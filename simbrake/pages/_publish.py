@@ -19,7 +19,7 @@ from .._base._progress import Progress
 from ..export import Export, c_text, possible_inputs
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE
 from ..outputs.log import FAILURES, Event, Status, status_words
-from ..outputs.metrics import METRICS, is_least
+from ..outputs.metrics import METRICS, is_least, is_of_size
 from ..parts.scene import Scene
 from ..runs.edit import entry_of
 from ..runs.measure import (
@@ -255,8 +255,8 @@ def _metrics(
     names: Sequence[str], base: Result, limits: Mapping[str, float]
 ) -> Iterator[Data]:
     """Metrics for the script: words, units for reading, and whether they decide;
-    `limit`: what they may be at most (`least`: at least), `small`: a margin that is
-    less is small."""
+    `limit`: what they may be at most (`least`: at least; `of_size`: in either sense),
+    `small`: a margin that is less is small."""
     decide = deciding({name: float(measure(base, name)) for name in names})
     for name in names:
         unit = unit_of(name)
@@ -275,6 +275,7 @@ def _metrics(
             "si_unit": pretty(unit),
             "limit": limit,
             "least": is_least(name),
+            "of_size": is_of_size(name),
             "small": small,
             "decides": name in decide,
         }

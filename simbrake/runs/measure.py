@@ -27,6 +27,7 @@ from ..outputs.metrics import (
     METRICS,
     allowable_values,
     is_least,
+    is_of_size,
     keeps,
     lever_of,
     margin_to,
@@ -339,8 +340,9 @@ class LimitCheck(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """`limit − value`, or `value − limit` where the limit is a least value: below 0
-        where it is exceeded; `None` without a limit or a value."""
+        """`limit − value`, or `value − limit` where the limit is a least value, of a
+        motion in either sense `limit − |value|`: below 0 where it is exceeded; `None`
+        without a limit or a value."""
         if self.limit is None or self.value is None:
             return None
         return margin_to(self.limit, self.name, self.value)
@@ -370,6 +372,8 @@ class LimitCheck(NamedTuple):
         title = title_of(self.name, scene)
         if self.value is None:
             return VerdictRow(title, self.note, limit, margin, state)
+        if self.value < 0 and is_of_size(self.name):
+            limit = limit.replace("≤", "±")
         value = str(number(self.value, self.unit))
         return VerdictRow(title, value, limit, margin, state, self.note)
 

@@ -95,8 +95,9 @@ def verdict(
       least of a metric that begins with `min_`, in SI or as texts with a unit, beside
       those of the scene itself; or the `limit_checks` that were made of them
 
-    A margin is `limit − value` (`value − limit` of a least value), its percentage that
-    of the limit; of a temperature that of the rise above 20 °C. The holding reserve is
+    A margin is `limit − value` (`value − limit` of a least value, `limit − |value|` of
+    a motion in either sense), its percentage that of the limit; of a temperature that
+    of the rise above 20 °C. The holding reserve is
     the static capacity of the friction brake alone over the torque of the hanging load:
     at rest its minimum while the brake is to hold, of a load that moves that under the
     greatest pull of the duty.
@@ -308,7 +309,12 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     elif report.by_worst_angle:
         pull = number(judgement.pull, "N")
         when = f"at the worst angle of the run, if the lever pulls with {pull}"
-    elif report.holding is not None and reason in ("H1", "H2", "H4"):
+    elif (
+        report.holding is not None
+        and reason in ("H1", "H2", "H4")
+        # (a load that broke away may weigh more at the end)
+        and judgement.reserve >= float(report.holding.value)
+    ):
         when = f"at {number(report.holding.time, 's')}"
     else:
         when = f"at the end, if the lever pulls with {number(judgement.pull, 'N')}"

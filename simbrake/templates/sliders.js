@@ -55,7 +55,7 @@
       if (metric.limit === null) return;
       // (what never happened exceeds its limit)
       const limit = `${metric.least ? "≥" : "≤"} ${read(metric, metric.limit, 5)}`;
-      const margin = metric.least ? si - metric.limit : metric.limit - si;
+      const margin = metric.least ? si - metric.limit : metric.limit - (metric.of_size ? Math.abs(si) : si);
       const judged = stateOf(!(Number.isFinite(si) && margin >= 0), margin < metric.small);
       rows.push([metric.words, read(metric, si, 4), limit, read(metric, margin, 3, true), ...judged]);
     });

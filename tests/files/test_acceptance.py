@@ -27,6 +27,9 @@ linings = { count = 8, wrap = "270 deg", friction = 0.35 }
 def file(tmp_path):
     """A file of tests next to its scene."""
     (tmp_path / "stop.toml").write_text(SCENE)
+    open_brake = SCENE.replace('"20 rad/s"', "0").replace('"12 kN"', "0")
+    bearings = '[[shaft]]\ntype = "BearingFriction"\nfriction_torque = "5 kN*m"\n'
+    (tmp_path / "on_bearings.toml").write_text(open_brake + bearings)
 
     def write(text):
         path = tmp_path / "tests.toml"
@@ -50,6 +53,10 @@ def test_each_result_and_the_worst_of_a_range(file):
         name = "holds"
         must = "holds"
         set."initial.omega" = 0
+        [[test]]
+        name = "held by its bearings"
+        must = "holds"
+        scene = "on_bearings.toml"
         [[test]]
         name = "lever lost"
         must = "does not stop"
@@ -78,10 +85,12 @@ def test_each_result_and_the_worst_of_a_range(file):
     assert [answer.passed for answer in found.answers] == [
         max(times) <= 0.8 and runs[2]["min_holding_reserve"] >= 4.5,
         True,
+        False,
         True,
         True,
     ]
-    assert [answer.runs for answer in found.answers] == [3, 1, 1, 1]
+    assert "dry friction alone" in found.answers[2].result
+    assert [answer.runs for answer in found.answers] == [3, 1, 1, 1, 1]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from commands import call
 from helpers import input_error, near
 from scenes import replaced, stop_scene
-from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, R, rigid
+from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, R, rigid
 
 import simbrake as sb
 from simbrake.results import limit_checks
@@ -68,6 +68,20 @@ def test_limit_of_a_least_value(stop, factor, colour, state):
     assert (row.limit, row.note) == (f"≥ {least:.6g}", f"minimum at {STOP:.6g} s")
     check = check_of("min_holding_reserve", stop, {"min_holding_reserve": least})
     near(check.margin_percent, 100 * (1 / factor - 1), 1e-9)
+
+
+def test_limit_of_a_motion_in_either_sense():
+    """A load thrown up travels as far as one that comes down."""
+    up = sb.simulate(rigid(w0=-W0))
+    angle = up["stopping_angle"]
+    said = up.verdict({"stopping_angle": -0.99 * angle, **AMPLE})
+    row = said.rows[0]
+    assert (said.colour, row.state) == ("red", "exceeded")
+    assert row.limit == f"± {-0.99 * angle:.6g} rad"
+    data = sb.ensemble(up.scene, {"initial.omega": [-W0, W0]}, ["stopping_angle"])
+    bounds = {"stopping_angle": 0.99 * abs(angle)}
+    found = sb.studies.overview(up.scene, data, ["stopping_angle"], bounds)
+    assert found.limits["checked"][0]["exceeded"] == 2
 
 
 @pytest.mark.parametrize(
@@ -160,6 +174,10 @@ def test_breaking_away_is_red_and_letting_go_amber():
     assert [row.state for row in said.rows if row.name.startswith("Holding")] == [
         "exceeded"
     ]
+    # it breaks away at 1, and at the end the load is heavier
+    heavier = sb.simulate(rigid((LOAD, LOAD, LOAD, 2 * TORQUE), w0=0.0, end=9.0))
+    (row,) = [row for row in heavier.verdict().rows if row.name.startswith("Holding")]
+    assert row.value == "0.5 (at the end, if the lever pulls with 8 kN)"
 
 
 def test_runs_that_end_turning():
