@@ -22,7 +22,14 @@ from .._base._part import (
     presence_below,
     unit_below,
 )
-from .._base._quantity import NumberReader, Quantity, as_number, has_units
+from .._base._quantity import (
+    IndexedBy,
+    NumberReader,
+    Quantity,
+    as_number,
+    has_units,
+    shown,
+)
 from ..brakes.design import Lining
 from ..hybrid.struct import with_value_at
 from ..parts.scene import Scene, require_scene
@@ -75,9 +82,9 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     "brake.linings.angle[0]": 0.2}`.
 
     Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array
-    field counts for every entry. `brake.linings.count` changes the number of equal
-    linings over the same wrap angle. Raises `InputError` with all unknown paths and the
-    nearest names, and with values that do not fit.
+    field counts for every entry, a list has one for each. `brake.linings.count` changes
+    the number of equal linings over the same wrap angle. Raises `InputError` with all
+    unknown paths and the nearest names, and with values that do not fit.
 
     Example:
         >>> sb.with_values(scene, {"initial.omega": 18.0}).initial
@@ -94,14 +101,22 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         if slot is None:
             faults.append(unknown_number(scene, full))
             continue
-        if isinstance(value, str):
+        if has_units(value):
             reader = NumberReader()
-            value = reader.number(value, slot.about, full, slot.about.unit)
+            value = reader.number(
+                list(value) if isinstance(value, tuple) else value,
+                slot.about,
+                full,
+                slot.about.unit,
+            )
             faults += reader.faults
             if reader.faults:
                 continue
         old = slot.value
         new = as_number(value)
+        if isinstance(new, list | tuple):
+            faults.add(full, f"{shown(new)} is not a list of numbers")
+            continue
         if i is not None:
             size = np.size(old) if np.ndim(old) == 1 else 0
             if not -size <= i < size:
@@ -123,6 +138,15 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
                 if isinstance(new, jax.Array)
                 else np.full(np.shape(old), new)
             )
+        elif (
+            np.ndim(old) == 1
+            and np.shape(new) != np.shape(old)
+            and slot.about.many is not IndexedBy.ROWS
+        ):
+            # how many there are is structure, also where the list itself says it
+            hint = f"give one number, or a list of {np.size(old)}"
+            faults.add(full, f"has the shape {np.shape(new)}", hint)
+            continue
         scene = with_value_at(scene, path, new)
     faults += presence_below(scene)
     if faults:

@@ -151,6 +151,8 @@ def test_entries_and_absent_numbers_by_path():
         {"initial.omega[0]": 0.1},
         {"brake.linings.angle[0]": [0.1, 0.2]},
         {"brake.linings.angle[0]": None},
+        {"brake.linings.angle": ["10 deg", "12 deg"]},
+        {"brake.linings.angle": [[0.1], [0.1, 0.2]]},
         {"initial.omega": None},
         {"initial.omega": "20 kN"},
     ):
