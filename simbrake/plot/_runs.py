@@ -188,7 +188,7 @@ def stages(
     pairs, and their overlap coefficients (K, Fig. 5; filled while a pair slides,
     hatched while it sticks), stages shaded.
 
-    Raises `ValueError` for a standard brake.
+    Raises `InputError` for a standard brake.
 
     Example:
         >>> figure = sb.plot.stages(staged)

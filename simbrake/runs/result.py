@@ -130,10 +130,10 @@ class Result:
         both its faces.
 
         Differentiable. What had been worn off before is `scene.wear.worn`. Raises
-        `ValueError` without wear.
+        `InputError` without wear.
         """
         if self.record.y_end.worn is None:
-            raise ValueError("the scene has no wear: give it a `Wear`")
+            raise input_error("scene.wear", "is missing", "give the scene a `Wear`")
         return worn_thickness(self.record)
 
     @property
@@ -143,10 +143,12 @@ class Result:
 
     @property
     def end_temperatures(self) -> Array:
-        """Temperatures (K) at the end of the nodes with capacity."""
+        """Temperatures (K) at the end of the nodes with capacity. Raises `InputError`
+        without heat."""
         thermal = thermal_of(self._system)
         if thermal is None:
-            raise ValueError("the scene has no heat")
+            hint = "give it heat, as simbrake.lumped_heat does"
+            raise input_error("scene.heat", "is missing", hint)
         return thermal.temperatures(self.record.y_end.heat)
 
     @property
@@ -297,9 +299,11 @@ class Result:
     @property
     def stages(self) -> list[Stage]:
         """Stages of a staged brake in order: name, times, heat of both pairs, work of
-        lever and load."""
+        lever and load. Raises `InputError` for any other brake."""
         if not self.scene.brake.in_series:
-            raise ValueError("only a staged brake (with a bandage) has stages")
+            what = "is missing, and only a staged brake has stages"
+            hint = "`events` has what happens to any brake"
+            raise input_error("scene.brake.bandage", what, hint)
         return self.report().stages
 
     @property

@@ -163,7 +163,15 @@ CASES = {
         ),
         staged_scenes.stop(preload=np.full(3, 100.0), f_ext=3.6),
         staged_scenes.stop(heat=lump(1e3, linings=1e3), inner=fading()),
-        lambda: sb.simulate(stop_scene()).internal_slip_time,
+        *(
+            lambda name=name: getattr(sb.simulate(stop_scene()), name)
+            for name in (
+                "internal_slip_time",
+                "stages",
+                "worn_thickness",
+                "end_temperatures",
+            )
+        ),
     ],
     "pressed": [
         sb.with_values(
