@@ -17,7 +17,7 @@ from ._base._compiling import read_by
 from ._base._corners import clipped, greater, lesser, rounded
 from ._base._faults import Fault, Faults, Issues, input_error
 from ._base._part import Part, part, positive_quantity, quantity, short_for
-from ._base._quantity import IndexedBy, Scalar
+from ._base._quantity import IndexedBy, Scalar, shown
 from ._base._store import cached_by_structure
 from .hybrid.arrays import Array, Floats, ScalarArray, TwoArrays, Vector
 from .hybrid.struct import AbstractVar, struct_field
@@ -689,21 +689,36 @@ def _misfit(law: AbstractFriction, n: int) -> tuple[str, str] | None:
     """What is wrong, and a hint, where a law with numbers of these shapes does not give
     one coefficient for each of `n` linings."""
     misfit = f"its numbers do not fit {n} linings", f"give one number, or a list of {n}"
+    odd: list[tuple[str, str]] = []
+
+    def coefficients(law: AbstractFriction, contact: Contact) -> list[Any]:
+        given = []
+        for name in ("kinetic", "static"):
+            value = getattr(law, name)(contact)
+            if not _is_number(value):
+                hint = f"return one number, or an array of {n}"
+                odd.append((f"`{name}` returns {shown(value)}", hint))
+            given.append(value)
+        return given
+
     try:
-        contact, _ = contact_like(law, n)
-        coefficients = jax.eval_shape(
-            lambda law, contact: (law.kinetic(contact), law.static(contact)),
-            law,
-            contact,
-        )
-        shapes = [getattr(coefficient, "shape", ()) for coefficient in coefficients]
+        found = jax.eval_shape(coefficients, law, contact_like(law, n)[0])
+        shapes = [getattr(coefficient, "shape", ()) for coefficient in found]
         fits = all(np.broadcast_shapes(shape, (n,)) == (n,) for shape in shapes)
-        return None if fits else misfit
     except (TypeError, ValueError, IndexError) as error:
+        if odd:
+            return odd[0]
         for fault in faults_of_tracing(error):
             return f"{fault.path} {fault.problem}", fault.hint
         # which the run itself reports
         return None if isinstance(error, jax.errors.JAXTypeError) else misfit
+    return odd[0] if odd else None if fits else misfit
+
+
+def _is_number(value: object) -> bool:
+    """Whether a function of a user has returned real numbers, or nothing."""
+    kind = getattr(getattr(value, "dtype", None), "kind", "O")
+    return kind in "biuf" or isinstance(value, int | float | None)
 
 
 def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> Faults:

@@ -357,6 +357,14 @@ class Slippery(TooFast):
         return 1.1 - 0.01 * contact.v
 
 
+class Worded(TooFast):
+    def kinetic(self, contact):
+        return "0.3"
+
+    def static(self, contact):
+        return 1.2 * self.kinetic(contact)
+
+
 class Spring(sb.loads.AbstractLoad):
     profile: sb.profiles.AbstractProfile = sb.Constant(1.0)
 
@@ -397,6 +405,7 @@ def test_law_that_is_impossible_at_the_start_is_named_once(request):
         {"law": TooFast()},
         {"law": Pushing()},
         {"law": Slippery()},
+        {"law": Worded()},
         {"law": sb.friction.ProductFriction(AtNoPressure(), ())},
         {"duty": sb.Duty(of(lambda t: 8e3 / t), 0.0)},
         {"duty": sb.Duty(8e3, sb.TorqueLoad(of(jnp.log)))},
