@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import InputError, input_error, whole_file
+from .._base._faults import InputError, Issues, input_error, whole_file
 from .._base._packing import pack
 from .._base._part import leaves
 from .._base._quantity import Quantity, shown
@@ -67,7 +67,7 @@ def export_c(
     enums, with units. Structure and sizes are those of the scene given, and so are the
     method and the most step attempts.
 
-    Raises `InputError` for errors of the scene, unknown inputs and metrics, and a scene
+    Raises `InputError` with all errors of the scene and of the arguments, and for a scene
     with an operation that has no C form yet; `SimulationError` where the scene's own
     run fails.
 
@@ -79,20 +79,23 @@ def export_c(
         give a name with .c
     """
     path = Path(path)
+    issues = Issues()
     if path.suffix != ".c":
-        raise input_error(
-            str(path), f"has the ending {path.suffix!r}", "give a name with .c"
-        )
-    scene = checked(scene)
-    check_limits(1e-10, max_steps=max_steps)
-    check_waiting(waiting)
-    inputs = possible_inputs(scene) if inputs is None else inputs
-    if outputs is None:
-        outputs = [name for name in _USUAL if name in metric_names(scene)]
-    outputs = [outputs] if isinstance(outputs, str) else [*outputs]
-    check_metrics(scene, outputs)
-    held = None if inputs is None else held_inputs(scene, inputs)
-    text = c_text(Export(c_name(path), scene, held, outputs, max_steps, waiting))
+        issues.add(str(path), f"has the ending {path.suffix!r}", "give a name with .c")
+    issues.attempt(check_limits, 1e-10, max_steps=max_steps)
+    issues.attempt(check_waiting, waiting)
+    whole = issues.attempt(checked, scene)
+    asked = [outputs] if isinstance(outputs, str) else [*(outputs or ())]
+    held = None
+    if whole is not None:
+        if outputs is None:
+            asked = [name for name in _USUAL if name in metric_names(whole)]
+        issues.attempt(check_metrics, whole, asked)
+        inputs = possible_inputs(whole) if inputs is None else inputs
+        held = None if inputs is None else issues.attempt(held_inputs, whole, inputs)
+    issues.report()
+    assert whole is not None
+    text = c_text(Export(c_name(path), whole, held, asked, max_steps, waiting))
     with whole_file(path) as target:
         target.write_text(text, "utf-8")
     return path

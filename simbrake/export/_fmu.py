@@ -21,7 +21,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from .._base._faults import input_error, whole_file
+from .._base._faults import Issues, input_error, whole_file
 from .._base._quantity import Quantity, shown
 from ..outputs.quantities import SERIES_COLUMNS
 from ..parts.scene import Scene
@@ -102,20 +102,23 @@ def export_fmu(
         give a name with .fmu
     """
     path = Path(path)
+    issues = Issues()
     if path.suffix != ".fmu":
-        raise input_error(
-            str(path), f"has the ending {path.suffix!r}", "give a name with .fmu"
-        )
-    scene = checked(scene)
-    inputs = possible_inputs(scene) if inputs is None else inputs
-    held = held_inputs(scene, [] if inputs is None else inputs)
-    name = c_name(path)
-    check_waiting(waiting)
+        what = f"has the ending {path.suffix!r}"
+        issues.add(str(path), what, "give a name with .fmu")
+    issues.attempt(check_waiting, waiting)
     if fmi not in (2, 3):
-        raise input_error(
-            "fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3"
-        )
-    export = Export(name, scene, held, waiting=waiting)
+        issues.add("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")
+    whole = issues.attempt(checked, scene)
+    held = None
+    if whole is not None:
+        inputs = possible_inputs(whole) if inputs is None else inputs
+        held = issues.attempt(held_inputs, whole, [] if inputs is None else inputs)
+    issues.report()
+    assert whole is not None
+    assert held is not None
+    name = c_name(path)
+    export = Export(name, whole, held, waiting=waiting)
     text = c_text(export)
     variables = _variables(held, export)
     token = str(uuid.uuid5(uuid.NAMESPACE_URL, text + repr(variables)))
@@ -134,7 +137,7 @@ def export_fmu(
                 _build_description(name)
             )
         (scratch / "modelDescription.xml").write_bytes(
-            _model_description(name, scene, variables, token, fmi)
+            _model_description(name, whole, variables, token, fmi)
         )
         if command is None:
             (scratch / "binaries").rmdir()

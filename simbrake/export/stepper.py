@@ -18,7 +18,7 @@ from .._base._compiling import LONGEST, Program, megabytes, program_of, run_devi
 from .._base._faults import Fault, InputError, input_error
 from .._base._numbers import number
 from .._base._packing import Packing, pack
-from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
+from .._base._quantity import NumberReader, Quantity
 from .._base._store import MEMORY, kept
 from ..hybrid import AbstractMethod, Code, Given, Record, hybridsolve
 from ..hybrid.arrays import Array
@@ -30,18 +30,17 @@ from ..outputs.probe import Probe, probe_of
 from ..outputs.programs import RunJit
 from ..outputs.quantities import Series, columns_by_name, series_of
 from ..parts.scene import Scene
-from ..parts.scene_checks import checked
 from ..phases import Phases
 from ..physics.mechanism import Label, Mode, events_of_change
 from ..profiles import PiecewiseLinear
 from ..runs.result import Result, RunLimits
 from ..runs.simulate import (
     Solver,
+    checked_run,
     given_of,
     method_of,
     require_64_bits,
     solver_name,
-    solver_of,
 )
 
 #: inputs that a caller can set
@@ -207,15 +206,12 @@ def _held(scene: Scene, name: str) -> HeldInput | Fault:
     )
 
 
-def held_inputs(
-    scene: Scene, inputs: Sequence[str] | str, rtol: float = 1e-10
-) -> dict[str, HeldInput]:
+def held_inputs(scene: Scene, inputs: Sequence[str] | str) -> dict[str, HeldInput]:
     """The inputs of a stepper before the first command. Raises `InputError` for those
     that the scene cannot have."""
-    faults = faults_of_tolerance(rtol)
     inputs = [inputs] if isinstance(inputs, str) else inputs
     hint = f"inputs are {' and '.join(_INPUTS)}"
-    faults += [
+    faults = [
         Fault(name, "is no input", hint) for name in inputs if name not in _INPUTS
     ]
     held = {
@@ -414,9 +410,10 @@ class Stepper:
         state: Mapping[str, Any] | None = None,
     ) -> None:
         require_64_bits()
-        self.scene = scene = checked(scene)
-        self._held = held_inputs(scene, inputs, rtol)
-        self.solver = solver_of(scene, solver)
+        held = functools.partial(held_inputs, inputs=inputs)
+        scene, self.solver = checked_run(scene, solver, rtol, also=held)
+        self.scene = scene
+        self._held = held(scene)
         self.rtol = rtol
         limits = np.asarray(rtol), np.asarray(np.inf), np.asarray(10_000, np.int32)
         self._limits = RunLimits(limits[1], limits[2], _ATTEMPTS)

@@ -23,7 +23,7 @@ from ..hybrid.arrays import Array, VectorK
 from ..outputs.log import FAILURES
 from ..outputs.metrics import ByName, identity_of
 from ..parts.scene import Scene
-from ..parts.scene_checks import check_scene, checked
+from ..parts.scene_checks import check_scene
 from ..thermal.mesh import finer_values
 from .edit import entry_of, fault_of_path, numbers_in_si, with_inputs
 from .errors import error_of_layers, errors_between, second_rtol
@@ -37,7 +37,14 @@ from .measure import (
 )
 from .mesh import cuts_of, with_finer_layers
 from .result import Result
-from .simulate import DIFFERENTIATED, Solver, room_for, simulate, solver_name, solver_of
+from .simulate import (
+    DIFFERENTIATED,
+    Solver,
+    checked_run,
+    room_for,
+    simulate,
+    solver_name,
+)
 
 #: numbers by path, a vector of all numbers, or `None`: those of the prepared scene
 Inputs = Mapping[str, Any] | np.ndarray | None
@@ -467,7 +474,7 @@ def prepare(
     - `max_steps`: step attempts to allocate; by default what the scene's own run needs
       and a quarter more. A run that needs more is compiled again with more
 
-    Raises `InputError` for errors of the scene or metrics, and `SimulationError` where
+    Raises `InputError` with all errors of scene, metrics and options, and `SimulationError` where
     the scene's own run fails.
 
     Example:
@@ -475,10 +482,13 @@ def prepare(
         >>> prepared.places["initial.omega"]
         slice(19, 20, None)
     """
-    scene = checked(scene)
     metrics = as_metrics(metrics)
-    check_metrics(scene, metrics)
-    solver = solver_of(scene, solver)
+    scene, solver = checked_run(
+        scene,
+        solver,
+        *(rtol, max_step, max_steps, max_events),
+        also=functools.partial(check_metrics, metrics=metrics),
+    )
     limits = {"max_step": max_step, "max_events": max_events}
     run = functools.partial(simulate, scene, solver=solver, rtol=rtol, **limits)
     return Prepared(

@@ -22,7 +22,7 @@ from .._base._compiling import (
     program_of,
     run_device,
 )
-from .._base._faults import Fault, InputError, input_error
+from .._base._faults import Fault, InputError, Issues, input_error
 from .._base._jacobian import with_precompiled_jacobian
 from .._base._packing import Packing, pack
 from .._base._part import Whole, faults_of_whole, is_traced
@@ -395,9 +395,8 @@ def simulate(
     """
     require_64_bits()
     require_compiling()
-    check_limits(rtol, max_step, max_steps, max_events)
-    scene = checked(scene)
-    solver = solver_of(scene, solver)
+    limits_given = rtol, max_step, max_steps, max_events
+    scene, solver = checked_run(scene, solver, *limits_given)
     method = method_of(scene, solver)
     name = solver_name(solver)
     rtol_, longest = (
@@ -432,6 +431,29 @@ def simulate(
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result
+
+
+def checked_run(
+    scene: Scene,
+    solver: Solver | None,
+    *limits: Any,
+    also: Callable[[Scene], object] | None = None,
+) -> tuple[Scene, Solver]:
+    """The checked scene, and its solver. Raises `InputError` with all errors of both
+    and of the limits.
+
+    - `also`: another check of the scene, if it has no errors of its own
+    """
+    issues = Issues()
+    issues.attempt(check_limits, *limits)
+    if solver is not None:
+        issues.attempt(solver_of, scene, solver)
+    whole = issues.attempt(checked, scene)
+    if whole is not None and also is not None:
+        issues.attempt(also, whole)
+    issues.report()
+    assert whole is not None
+    return whole, solver_of(whole, solver)
 
 
 def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:

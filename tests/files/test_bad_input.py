@@ -18,7 +18,7 @@ import pytest
 from commands import call
 from goldens import assert_refused
 from heat_scenes import fading, lump, rigid_stop
-from helpers import faults_of, input_error
+from helpers import faults_of, input_error, paths_of
 from oracles import hard_input
 from oracles.hard_cases import cases_to_test, check
 from scenes import stop_scene
@@ -142,6 +142,19 @@ def test_absurd_number(path, value):
     scene = sb.with_values(sb.files.scene_from_text(TEXT), {path: value})
     for look in (sb.check_scene, sb.simulate):
         assert [fault.path for fault in faults_of(look, scene)] == [path]
+
+
+def test_one_report_of_scene_and_options(tmp_path):
+    scene = sb.with_values(SCENE, {"end_time": -1.0})
+    for run in (sb.simulate, sb.prepare, sb.Stepper):
+        there = paths_of(run, scene, rtol=1.0, solver="Tsit5")
+        assert there == ["rtol", "solver", "end_time"]
+    file = str(tmp_path / "x.txt")
+    wrong = {"inputs": ["wind"], "waiting": 0}
+    there = paths_of(sb.export_c, SCENE, file, outputs=["max_tenson"], **wrong)
+    assert there == [file, "waiting", "max_tenson", "wind"]
+    there = paths_of(sb.export.export_fmu, SCENE, file, fmi=1, **wrong)
+    assert there == [file, "waiting", "fmi", "wind"]
 
 
 @pytest.mark.parametrize("case", cases_to_test(hard_input.CASES))
