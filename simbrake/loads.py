@@ -315,7 +315,8 @@ class HookLoad(AbstractHookLoad):
 
     - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m), effective;
       `line_count` `n`: lines strung
-    - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
+    - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake, whose
+      work the work of the load is less; a `ViscousDrag` on the shaft has its own
     - `rope`: its layers on the drum, of which `drum_radius` is the radius of the first;
       `None`: `r_d` stays the same
     - `elasticity` of the rope between drum and hook, `None`: it is rigid

@@ -26,7 +26,7 @@ from ..loads import (
     TrippingLoad,
 )
 from ..outputs.duty import totals
-from ..outputs.energies import ENERGY_WORDS, Balance, energy_balance, heat_balance
+from ..outputs.energies import Balance, energy_balance, heat_balance
 from ..outputs.judgement import Colour
 from ..outputs.log import Event, plain_words
 from ..outputs.metrics import HOLDING, METRICS
@@ -47,6 +47,7 @@ from ..runs.findings import (
     place_and_time,
     title_of,
     upper,
+    words_of_energies,
 )
 from ..runs.report import Report
 from ..runs.result import Result
@@ -193,15 +194,18 @@ def ledgers(result: Result) -> Iterator[dict[str, Any]]:
             f"friction heat, {x.words}": e[f"heat_{name}"] for name, x in pairs.items()
         }
         out = each | out
-    yield _ledger("Mechanical energy", Balance(into, out), e["closure"])
+    words = words_of_energies(result.scene)
+    yield _ledger("Mechanical energy", Balance(into, out), e["closure"], words)
     if "heat_stored" in e:
         into, out = heat_balance(e)
         del out["heat_stored"]
         stored = {f"stored in {name}": x for name, x in result.stored_heat.items()}
-        yield _ledger("Heat", Balance(into, stored | out), e["heat_closure"])
+        yield _ledger("Heat", Balance(into, stored | out), e["heat_closure"], words)
 
 
-def _ledger(title: str, balance: Balance, residual: float) -> dict[str, Any]:
+def _ledger(
+    title: str, balance: Balance, residual: float, words: Mapping[str, str]
+) -> dict[str, Any]:
     # (what left the range of numbers in a failed run is no number)
     numbers = (
         {name: np.nan if x is None else float(x) for name, x in side.items()}
@@ -213,7 +217,7 @@ def _ledger(title: str, balance: Balance, residual: float) -> dict[str, Any]:
     into, out = (
         [
             {
-                "words": upper(ENERGY_WORDS.get(name, name)),
+                "words": upper(words.get(name, name)),
                 "value": number(x, "J", beside=max(totals)),
                 "percent": 100 * x / total,
                 "hue": next(hues),

@@ -620,13 +620,13 @@ def mean_powers(report: Report) -> Finding:
     energy = report.summary["energy"]
     duration = report.summary["end"]["duration"]
     both = energy_balance(energy).positive
+    words = words_of_energies(report.result.scene)
     whole = max(sum(side.values()) for side in both) or 1.0
 
     def terms(side: Mapping[str, float]) -> str:
         shares = {name: 100 * work / whole for name, work in side.items()}
         each = (
-            f"{ENERGY_WORDS[name]} {number(side[name] / duration, 'W')} "
-            f"({digits(share, 3)} %)"
+            f"{words[name]} {number(side[name] / duration, 'W')} ({digits(share, 3)} %)"
             for name, share in shares.items()
             if share >= _SHOWN
         )
@@ -755,12 +755,20 @@ def _maxima(report: Report) -> Finding:
     return Finding("maxima", ", ".join(phrases), values)
 
 
-def sum_words(balance: Balance) -> str:
+def words_of_energies(scene: Scene) -> dict[str, str]:
+    """Terms of both balances in words; the work of a load is less that of its drag."""
+    drag = np.asarray(getattr(scene.duty.load, "drag", 0.0))
+    less = {"load_work": "load less its drag"} if np.any(drag != 0) else {}
+    return ENERGY_WORDS | less
+
+
+def sum_words(balance: Balance, scene: Scene) -> str:
     """Both sides of a balance of energies, all in one unit."""
+    words = words_of_energies(scene)
     size = max((abs(x) for side in balance for x in side.values() if x), default=0.0)
     sides = (
         " + ".join(
-            f"{ENERGY_WORDS[name]} {number(value, 'J', beside=size)}"
+            f"{words[name]} {number(value, 'J', beside=size)}"
             for name, value in side.items()
         )
         for side in balance
@@ -770,6 +778,7 @@ def sum_words(balance: Balance) -> str:
 
 def _energies(report: Report) -> Iterator[Finding]:
     """Energy in and out, and heat."""
+    scene = report.result.scene
     energy = report.summary["energy"]
     into, out = energy_balance(energy)
     change = energy["kinetic_change"]
@@ -777,12 +786,12 @@ def _energies(report: Report) -> Iterator[Finding]:
     if change is not None and change > _BALANCED * abs(energy["load_work"] or 0.0):
         out["kinetic_change"] = change
         del into["kinetic_release"]
-    yield Finding("energy", sum_words(Balance(into, out)), into | out)
+    yield Finding("energy", sum_words(Balance(into, out), scene), into | out)
     if "heat_stored" in energy:
         into, out = heat_balance(energy)
         usual = ("heat_to_metal", "heat_to_linings")
         into = {name: x for name, x in into.items() if x != 0 or name in usual}
-        text = sum_words(Balance(into, out))
+        text = sum_words(Balance(into, out), scene)
         residual = f"residual {_share(energy['heat_closure'])}"
         yield Finding("heat", f"{text} ({residual})", into | out)
 

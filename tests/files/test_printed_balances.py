@@ -74,9 +74,9 @@ def hydrodynamic():
 
 
 def lowered():
-    """A lever that holds the speed beside the same torques."""
+    """A lever that holds the speed beside the same torques, under a load with drag."""
     parts = {"heat": lump(2e5), "shaft": SHAFT, "lever": sb.SpeedHold(8e3)}
-    return stop_scene(C=None, load=4e4, end=3.0, **parts)
+    return stop_scene(C=None, load=sb.TorqueLoad(4e4, 50.0), end=3.0, **parts)
 
 
 def not_in_the_network():
@@ -126,6 +126,9 @@ def test_printed_balances_sum(name):
     for head in heads:
         (line,) = [x for x in str(result).splitlines() if x.startswith(head)]
         assert_equal_sums(*map(terms, line.partition(" (")[0].split(" = ")))
+        if head == heads[0]:
+            dragged = float(getattr(result.scene.duty.load, "drag", 0.0)) > 0
+            assert ("load less its drag " in line) == dragged
 
     e = json.loads(json.dumps(result.summary()))["energy"]
 
