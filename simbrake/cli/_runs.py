@@ -93,12 +93,12 @@ def run(
     if single is not None:
         cli.print_written([sb.save(result, single)], json_)
     elif out is not None:
-        with sb.plot.titled(title_of(file)):
+        with sb.plot.titled(title_of(file)), display_units(units):
             written = sb.pages.write_run(result, out, checks)  # pyright: ignore
-        if recorded is not None:
-            with display_units(units), cli.whole_file(out / "overlay.png") as place:
-                sb.plot.overlay(result, recorded).savefig(place, dpi=130)
-            written = [*written, out / "overlay.png"]
+            if recorded is not None:
+                with cli.whole_file(out / "overlay.png") as place:
+                    sb.plot.overlay(result, recorded).savefig(place, dpi=130)
+                written = [*written, out / "overlay.png"]
         cli.print_written(written, json_)
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
 

@@ -21,7 +21,7 @@ from markupsafe import Markup
 
 from .. import plot
 from .._base._faults import InputError, Issues, whole_file, whole_folder
-from .._base._numbers import Number, digits, number
+from .._base._numbers import Number, digits, display_units, number
 from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Table
 from ..brakes._bands import MultiBandBrake
@@ -522,7 +522,7 @@ def render(parts: Mapping[str, Any]) -> str:
 
 def write_run(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> list[Path]:
     """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure
-    that the run has as PNG.
+    that the run has as PNG; data in SI, text and figures in the units for reading.
 
     - `checks`: limits shown in the summaries
     """
@@ -530,7 +530,9 @@ def write_run(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> lis
         Progress("run", "series") as progress,
         whole_folder(folder) as (scratch, written),
     ):
-        write_json(scratch / "summary.json", summary_with_limits(result, checks))
+        with display_units("si"):
+            write_json(scratch / "summary.json", summary_with_limits(result, checks))
+            save(result, scratch / "result.nc")
         (scratch / "summary.txt").write_text(
             text_with_limits(result, checks) + "\n", "utf-8"
         )
@@ -539,8 +541,6 @@ def write_run(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> lis
             # names of bodies may hold anything
             csv.writer(file, lineterminator="\n").writerow(names)
             np.savetxt(file, table, fmt="%.12g", delimiter=",", encoding="utf-8")
-        progress.now("labelled data")
-        save(result, scratch / "result.nc")
         for picture in pictures_of(result, progress):
             picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
     return written

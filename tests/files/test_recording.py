@@ -81,4 +81,5 @@ def test_run_writes_the_overlay(recording, tmp_path, capsys, drawn):
     assert call(capsys, *asked, "--out", str(tmp_path / "out"))[0] == 0
     dots = drawn["overlay.png"].axes[1].lines[0].get_ydata()
     all_near(dots, TRUTH["hook_speed"] / 0.3048 * 60, 1e-12)
+    assert drawn["stop.png"].axes[0].get_ylabel() == "$\\omega$, rpm"
     assert call(capsys, *asked)[0] == 2
