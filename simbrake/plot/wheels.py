@@ -219,9 +219,9 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
     speed = reading("rad/s")
-    words = (
-        f"$\\omega$\n{float(speed(omega)):.3g}\n{speed.name}" if turns else "at rest"
-    )
+    # the last moments before a stop, where maxima often lie, are 0 to the eye
+    size = digits(speed(round(omega, 4) + 0.0), 3)
+    words = f"$\\omega$\n{size}\n{speed.name}" if turns else "at rest"
     axes.text(0, 0, words, ha="center", va="center")
 
 
@@ -321,7 +321,7 @@ def draw_moment(
     title = f"tension of the band and normal load of the linings at $t$ = {digits(t, 4)} s{why}"
     torque = reading("N*m")
     brakes = float(torque(p.flows.contact.brake_torque[0]))
-    title += f"\nbrake torque {brakes:.4g} {torque.name}"
+    title += f"\nbrake torque {digits(brakes, 4)} {torque.name}"
     title += f" of {brake.rims} rims" if brake.rims > 1 else ""
     rules = [brake.force_words] if brake.force_words else []
     rules += ["outer half of a lining: band on lining, inner half: lining on rim"] * (
@@ -433,8 +433,8 @@ def _draw_around(
     )
     unit = reading("N").name
     ends = (
-        f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} {unit}",
-        f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} {unit}",
+        f"{slack} (lever)\n$T_0$ = {digits(tension[0], 4)} {unit}",
+        f"{tight} (anchor)\n$T_n$ = {digits(tension[-1], 4)} {unit}",
     )
     _draw_band(axes, angles, ends)
     # the curve of a wide wrap comes down between the ends
@@ -543,7 +543,7 @@ def _draw_tension(
             zorder=3,
         )
         if i % step == 0 or i == len(angles):
-            words = f"{tension[i]:.3g}" if tension[i] < 1000 else f"{tension[i]:.0f}"
+            words = digits(tension[i], 3)
             _radial(
                 axes, radius[i] + 0.04, angle, words, outwards=True, gid="T", color=BLUE
             )
@@ -566,7 +566,7 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) ->
                 axes,
                 0.92,
                 middle,
-                f"{loads[0][i]:.3g}",
+                digits(loads[0][i], 3),
                 outwards=False,
                 gid="N",
                 color="#00604a",

@@ -41,6 +41,8 @@ def test_frames_show_the_run(monkeypatch, tmp_path):
         assert torque == pytest.approx(float(s.brake_torque[i]) / 1e3, rel=1e-3)
         turned = math.atan2(y, x) - (float(s.phi[i]) + math.pi / 2)
         assert math.remainder(turned, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    still = plot.pulley(run, float(run.stopping_time) - 1e-7).axes[0].texts
+    assert "$\\omega$\n0\nrad/s" in [text.get_text() for text in still]
     with Image.open(file) as image:
         assert (image.n_frames, image.info["duration"]) == (len(seen), 100) == (5, 100)
 
