@@ -16,7 +16,7 @@ from .._base._numbers import digits, number
 from .._base._table import Column, JsonObject, Table
 from ..hybrid import Code
 from ..hybrid.extremes import first_largest
-from ..loads import TabulatedLoad
+from ..loads import AbstractHookLoad, TabulatedLoad, TorqueLoad
 from ..outputs.duty import DutyKind, end_of, totals
 from ..outputs.energies import ENERGY_WORDS, Balance, energy_balance, heat_balance
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
@@ -755,11 +755,12 @@ def _maxima(report: Report) -> Finding:
     return Finding("maxima", ", ".join(phrases), values)
 
 
-def words_of_energies(scene: Scene) -> dict[str, str]:
+def words_of_energies(scene: Scene) -> Mapping[str, str]:
     """Terms of both balances in words; the work of a load is less that of its drag."""
-    drag = np.asarray(getattr(scene.duty.load, "drag", 0.0))
-    less = {"load_work": "load less its drag"} if np.any(drag != 0) else {}
-    return ENERGY_WORDS | less
+    load = scene.duty.load
+    if isinstance(load, AbstractHookLoad | TorqueLoad) and np.any(load.drag != 0):
+        return ENERGY_WORDS | {"load_work": "load less its drag"}
+    return ENERGY_WORDS
 
 
 def sum_words(balance: Balance, scene: Scene) -> str:
