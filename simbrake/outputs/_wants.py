@@ -144,10 +144,12 @@ def dead_time_of(lever: Any, passed: Array) -> Any:
 
 
 class LeverNow(NamedTuple):
-    """The lever at one instant: its pull (N), whether the pulley is to move, and
-    whether the brake is to hold."""
+    """The lever at one instant: its pull (N), whether the pulley is to move, for the
+    duty or for a lever or motor that follows a speed (`moves`), and whether the brake
+    is to hold."""
 
     pull: Array
+    duty_moves: Array
     moves: Array
     is_hold: Array
 
@@ -159,13 +161,15 @@ def _lever_now(
     piece = piece_of(mode, "lever")
     pull = jnp.asarray(lever.value(t, piece), jnp.float64)
     want, named = want_of_input(system, lever, start_speed)
-    moves = (want == Want.LOWER) | (want == Want.HOIST) | (want == Want.FREE)
+    duty_moves = (want == Want.LOWER) | (want == Want.HOIST) | (want == Want.FREE)
+    moves = duty_moves
     motor = system.feature(Drive)
     if motor is not None and not isinstance(lever, PhaseNow):
         moves = jnp.where(
             named, moves, set_speed_of(motor.now(y, mode), t, start_speed) != 0
         )
-    return LeverNow(pull, moves | lever.follows(piece), want == Want.HOLD)
+    moves = moves | lever.follows(piece)
+    return LeverNow(pull, duty_moves, moves, want == Want.HOLD)
 
 
 def _levers(
@@ -266,7 +270,7 @@ def holding_rows(record: Record) -> Holding:
     )
     jumps = (before >= 0) & (first.pull > last.pull[before] + slack)
     return Holding(
-        to_hold=lasts & held & ~released,
+        to_hold=lasts & held & ~released & ~first.duty_moves,
         broken=broken & (record.states.omega == 0.0),
         rises=lasts & (jumps | (last.pull > first.pull + slack)),
         pull=first.pull,

@@ -507,7 +507,8 @@ def judge(record: Record) -> Judgement:
 
 def held_throughout(found: Judgement, least: Any) -> Judgement:
     """The decision with the `least` holding reserve of the whole run, `inf` where the
-    brake was never to hold; it counts for a load at rest. NumPy's outside of programs."""
+    brake was never to hold: of a load at rest it decides, of others it can only make
+    the colour worse. NumPy's outside of programs."""
     xp = numpy_of(found.reserve)
     ids = [reason.id for reason in REASONS]
     broke_away = found.reason == ids.index("H1")
@@ -517,10 +518,11 @@ def held_throughout(found: Judgement, least: Any) -> Judgement:
     examined = xp.isfinite(least) & at_rest
     reserve = xp.where(examined, xp.minimum(found.reserve, least), found.reserve)
     decided = examined & ~broke_away
+    worse = xp.maximum(found.colour, _colour_of_reserve(xp.asarray(least)))
     return found._replace(
         reserve=reserve,
         reason=xp.where(decided, xp.where(reserve <= 1, weak, held), found.reason),
-        colour=xp.where(decided, _colour_of_reserve(reserve), found.colour),
+        colour=xp.where(decided, _colour_of_reserve(reserve), worse),
     )
 
 

@@ -295,13 +295,12 @@ def _row(
 
 
 def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
-    """Rows of the holding reserve wherever a load hangs, and of the torque of the
-    sliding brake for a load that is to be stopped and still moves."""
+    """Rows of the holding reserve wherever a load hangs or was held with less, and of
+    the torque of the sliding brake for a load that is to be stopped and still moves."""
     report = result.report()
     judgement = report.judgement
     reason = REASONS[judgement.reason].id
-    if not math.isfinite(judgement.reserve):
-        return []
+    least = report.holding
     red = COLOURS[judgement.colour] == Colour.RED
     known = judgement.pull > 0 or red
     if judgement.pull <= 0:
@@ -309,27 +308,26 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     elif report.by_worst_angle:
         pull = number(judgement.pull, "N")
         when = f"at the worst angle of the run, if the lever pulls with {pull}"
-    elif (
-        report.holding is not None
-        and reason in ("H1", "H2", "H4")
-        # (a load that broke away may weigh more at the end)
-        and judgement.reserve >= float(report.holding.value)
-    ):
-        when = f"at {number(report.holding.time, 's')}"
     else:
         when = f"at the end, if the lever pulls with {number(judgement.pull, 'N')}"
     ratios = [(RESERVE, judgement.reserve, when)]
+    if least is not None and least.value <= judgement.reserve:
+        held = RESERVE, float(least.value), f"at {number(least.time, 's')}"
+        # (of a load at rest these are the same)
+        ratios = [held] if least.value == judgement.reserve else [*ratios, held]
     if reason in STILL_MOVING:
         ratios.append((SLIDING, judgement.sliding, "at the end"))
     rows = []
     for name, ratio, note in ratios:
+        if math.isinf(ratio):
+            continue
         value = f"{ratio:.4g} ({note})"
         margin = f"{100 * (ratio - 1):+.3g} %".replace("-", "−")
         value = in_words_of(result.scene, value)
         small = SMALL_RESERVE - 1
         row = _row(name, value, "> 1", margin, ratio - 1, small, _ROUNDING * red)
         rows.append(row)
-    if not known:
+    if rows and not known:
         share, row = rows[0]
         rows[0] = (share, row._replace(margin="—", state=LimitVerdict.NOT_EVALUATED))
     return rows

@@ -180,6 +180,38 @@ def test_breaking_away_is_red_and_letting_go_amber():
     assert row.value == "0.5 (at the end, if the lever pulls with 8 kN)"
 
 
+@pytest.mark.parametrize(
+    ("share", "colour", "state"),
+    [(0.95, "amber", "small margin"), (1.1, "red", "exceeded")],
+)
+def test_a_hold_counts_after_its_load_is_taken_off(share, colour, state):
+    """Bearings helped to hold the load; at the end none hangs on the open brake."""
+    bearings = (sb.loads.BearingFriction(0.2 * TORQUE),)
+    load = share * TORQUE
+    scene = rigid(
+        (load, load, 0.0, 0.0), lever=(T0, T0, 0.0, 0.0), w0=0.0, shaft=bearings
+    )
+    said = sb.simulate(scene).verdict(AMPLE)
+    assert (said.colour, said.reason) == (colour, "X0")
+    (row,) = [row for row in said.rows if row.name.startswith("Holding")]
+    assert (row.value, row.state) == (f"{1 / share:.4g} (at 0 s)", state)
+    many = sb.ensemble(scene, {"initial.omega": [0.0]}, ["max_drum_speed"])
+    assert many["colour"].item() == colour
+
+
+def test_reserve_of_an_eased_lever():
+    """A load that breaks away has a reserve of 1 but for rounding; one that is meant to
+    move has none."""
+    lever = (T0, T0, T0, 0.4 * T0)
+    eased = rigid(0.5 * TORQUE, lever=lever, w0=0.0, end=9.0)
+    metrics = ["min_holding_reserve"]
+    data = sb.ensemble(eased, {"initial.omega": [0.0]}, metrics)
+    found = sb.studies.overview(eased, data, metrics)
+    assert found.limits["checked"][0]["exceeded"] == 1
+    meant = sb.simulate(replaced(eased, {"duty.wants": "lower"}))
+    assert meant.metrics["min_holding_reserve"] is None
+
+
 def test_runs_that_end_turning():
     away = sb.simulate(rigid(1.25 * TORQUE, end=0.5))
     assert (away.verdict().colour, away.verdict().reason) == ("red", "S3")
