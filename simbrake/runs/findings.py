@@ -323,9 +323,9 @@ def sentence(report: Report) -> str:
     reason = REASONS[judgement.reason]
     speed = number(abs(end["omega"]), "rad/s")
     moves = f"{speed}{' upwards' if end['omega'] < 0 else ''}"
-    share = digits(judgement.sliding, 3)
+    share = _over_load(judgement.sliding, 3)
     sliding = f"the sliding friction brake gives {share} of the load's torque"
-    reserve = f"reserve if the lever pulls: {digits(judgement.reserve, 4)}"
+    reserve = f"reserve if the lever pulls: {_over_load(judgement.reserve)}"
     pulled = f"; {reserve}" if judgement.pull > 0 else ""
     set_speed = number(abs(judgement.set_speed), "rad/s")
     ends = f"the end time of {number(end['time'], 's')}"
@@ -342,12 +342,11 @@ def sentence(report: Report) -> str:
         case "H1":
             when, capacity = report.broke_away
             detail = f" at {number(when, 's')}: static capacity "
-            # a load breaks away at less than itself, by however little
-            detail += f"{digits(capacity, 4 if capacity < 0.999 else 10)} of the load"
+            detail += f"{_over_load(capacity)} of the load"
         case "H2":
             worst = report.by_worst_angle
             detail = " where it is heaviest in the run" if worst else ""
-            detail += f": it holds {digits(judgement.reserve, 4)} of it"
+            detail += f": it holds {_over_load(judgement.reserve)} of it"
             detail += "" if worst else _others(report)
         case "H4":
             many = "stops" in report.summary
@@ -398,6 +397,13 @@ def sentence(report: Report) -> str:
     return reason.words + detail
 
 
+def _over_load(share: float, count: int = 4) -> str:
+    """A torque over that of the load: what is not 1, by however little, is not told as
+    1."""
+    texts = (digits(share, n) for n in range(count, 11))
+    return next((text for text in texts if text != "1"), "1")
+
+
 _NO_PULL = "; no pull of the friction brake is given: nothing is said of holding"
 
 
@@ -418,7 +424,7 @@ def _by_static_friction(report: Report) -> str:
         return ""
     return (
         "; held by static friction alone: sliding, the brake gives "
-        f"{digits(judgement.sliding_now, 4)} of the load's torque"
+        f"{_over_load(judgement.sliding_now)} of the load's torque"
     )
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 import staged_scenes
 from heat_scenes import fading, layered_stop, lump, rigid_stop
-from helpers import all_equal, all_near, input_error, near, paths_of
+from helpers import all_equal, all_near, faults_of, input_error, near, paths_of
 from scenes import stop_scene
 
 import simbrake as sb
@@ -157,6 +157,9 @@ def test_entries_and_absent_numbers_by_path():
         {"initial.omega": "20 kN"},
     ):
         assert paths_of(sb.with_values, scene, values) == [*values]
+    # a unit was given: there is nothing to guess
+    (fault,) = faults_of(sb.with_values, scene, {"brake.linings.angle": "700 deg"})
+    assert fault.hint.endswith("≤ 3.14159 rad")
 
 
 def test_one_number_or_the_other():

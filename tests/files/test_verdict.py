@@ -157,6 +157,11 @@ def test_small_holding_reserve_is_amber(reserve, colour):
     assert row.margin == f"+{100 * (reserve - 1):.3g} %"
 
 
+def test_a_brake_just_too_weak_is_not_told_as_strong_enough():
+    said = sb.simulate(rigid(TORQUE / 0.9999, w0=1.0)).verdict()
+    assert "gives 0.9999 of the load's torque" in said.sentence
+
+
 def test_breaking_away_is_red_and_letting_go_amber():
     let_go = sb.simulate(rigid(lever=(T0, T0, T0, 0.0), w0=1.0, end=9.5))
     near(let_go.metrics["min_holding_reserve"], TORQUE / LOAD)

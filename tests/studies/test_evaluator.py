@@ -104,6 +104,9 @@ def test_runs_without_values_say_why():
     )
     paths = ["end_time", "brake.linings.friction.changes[0].factor.values[1]"]
     run = sb.studies.evaluator(given, paths, ["stopping_time", "energy.friction_heat"])
+    assert repr(run) == (
+        f"Evaluator({', '.join(paths)} → stopping_time, energy.friction_heat)"
+    )
     stops, slides, locks = run.evaluate([[9.0, 1.0], [0.1, 1.0], [9.0, 4.0]])
     assert np.all(np.isfinite(stops))
     all_equal(np.isnan([slides, locks]), [[True, False], [True, True]])
