@@ -1154,7 +1154,11 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
         >>> sb.results.metric_names(scene)[:3]
         ('slip_onset_time', 'full_slip_time', 'stopping_time')
     """
-    names = [name for name, metric in METRICS.items() if not metric.needs.lacks(scene)]
+    # (of a scene whose numbers are yet to be checked as well)
+    with np.errstate(all="ignore"):
+        names = [
+            name for name, metric in METRICS.items() if not metric.needs.lacks(scene)
+        ]
     names += [
         f"energy.heat_{pair}" for pair in scene.brake.pairs if scene.brake.in_series
     ]

@@ -12,7 +12,7 @@ from .._base._quantity import meant_within
 from ..brakes.band import ParallelBands
 from ..brakes.design import USUAL_CIRCLE, AbstractBrake, Brake, tension_shares
 from ..friction import remembers
-from ..loads import AbstractLoad, Cylinder
+from ..loads import GRAVITY, AbstractLoad, Cylinder
 from ..thermal.heat import Heat
 from ..thermal.network import Wall, place_of
 from .at_start import locked, read_by_linings, sensed_at_start, static_friction
@@ -229,6 +229,11 @@ def did_you_mean(
             "not a whole number of lines",
             f"{lines:.0f}",
         )
+    gravity = float(np.max(getattr(load, "gravity", GRAVITY)))
+    if gravity > 2 * GRAVITY:
+        path = "duty.load.gravity"
+        about = "more than on the Earth"
+        yield _said(path, f"{gravity:g} m/s²", about, f'"{gravity:g} ft/s^2"')
     speed = abs(omega) * float(brake.track_radius)
     if speed > _FAST and float(brake.track_radius) <= _OF_DRAWWORKS["radius"][1]:
         turned = f'"{omega:g} rpm" ({omega * math.pi / 30:.4g} rad/s)'

@@ -90,6 +90,7 @@ SIZES = (
 )
 NUMBERS = {
     "duty.load.mass": "45",
+    "duty.load.gravity": 32.2,
     "initial.omega": 190.0,
     "heat.bodies[0].temperature": 20.0,
 }
