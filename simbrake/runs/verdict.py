@@ -310,11 +310,11 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
         when = f"at the worst angle of the run, if the lever pulls with {pull}"
     else:
         when = f"at the end, if the lever pulls with {number(judgement.pull, 'N')}"
-    ratios = [(RESERVE, judgement.reserve, when)]
+    ratios: list[tuple[str, float, str]] = [(RESERVE, judgement.reserve, when)]
     if least is not None and least.value <= judgement.reserve:
-        held = RESERVE, float(least.value), f"at {number(least.time, 's')}"
-        # (of a load at rest these are the same)
-        ratios = [held] if least.value == judgement.reserve else [*ratios, held]
+        if least.value == judgement.reserve:  # (of a load at rest)
+            ratios.clear()
+        ratios.append((RESERVE, float(least.value), f"at {number(least.time, 's')}"))
     if reason in STILL_MOVING:
         ratios.append((SLIDING, judgement.sliding, "at the end"))
     rows = []
