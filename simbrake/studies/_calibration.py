@@ -1,7 +1,9 @@
 """Fitting parameters of a scene to measured data: bounded least squares, errors, and
 undetermined parameters."""
 
+import itertools
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,25 +44,35 @@ _TIED = 0.99
 _BETTER = 0.01
 
 
-def assess(
-    search: Search,
-    scene: Scene,
-    *,
-    absolute: bool,
-    confidence: float,
-    profile: bool,
-) -> Calibration:
-    """The calibration at the best point of a search."""
+class _Best(NamedTuple):
+    """The best point of a search, and what the data say of it to first order.
+
+    - `z` (p,) between 0 and 1, the parameters `theta`, and their `slope` by it
+    - `fixed`: determined by a bound; `known`: what the data determine of the others
+    - `open`: determined by neither
+    - `error` of `z`, `covariance` (p, p) of the parameters
+    - `quantile`: standard errors from the best point to the end of an interval
+    - `probability` of a smaller χ², `None` without known noise or degrees of freedom
+    """
+
+    z: np.ndarray
+    theta: np.ndarray
+    slope: np.ndarray
+    fixed: np.ndarray
+    known: Identified
+    open: np.ndarray
+    error: np.ndarray
+    covariance: np.ndarray
+    quantile: float
+    chi2: float
+    freedom: int
+    probability: float | None
+
+
+def _best(search: Search, z: np.ndarray, absolute: bool, confidence: float) -> _Best:
     from scipy import stats  # slow to import: loaded by a fit only
 
-    assert search.best is not None
-    least, z, best = search.best
-    box = search.box
-    model = search.model
-    paths = model.paths
-    theta = box.up(z)
-    slope = box.slope(theta)
-    residual = search.residual(best)
+    residual = search.residual(search.evaluate(z))
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     # noise alone drives an undetermined parameter to a bound: then the bound fixes it,
     # not the data
@@ -69,111 +81,91 @@ def assess(
     known = _identified(search, z, fixed, absolute)
     chi2 = float(residual @ residual)
     freedom = residual.size - known.rank
-    concerned = np.zeros(z.size, bool)
-    concerned[~fixed] = known.concerned
+    open_ = np.zeros(z.size, bool)
+    open_[~fixed] = known.concerned
     covariance = np.full((z.size, z.size), np.nan)
     covariance[np.ix_(~fixed, ~fixed)] = known.covariance
-    error = np.where(concerned, np.inf, np.sqrt(np.diag(covariance)))
+    error = np.where(open_, np.inf, np.sqrt(np.diag(covariance)))
+    theta = search.box.up(z)
+    slope = search.box.slope(theta)
+    covariance *= np.outer(slope, slope)
+    covariance[open_] = covariance[:, open_] = np.nan
+    covariance[open_, open_] = np.inf
     # noise that is known is normal, else the scatter of the residuals gives Student's t
     noise_known = absolute and search.loss == "linear"
     quantile = np.inf
     if noise_known or freedom > 0:
         law = stats.norm if noise_known else stats.t(freedom)
         quantile = float(law.ppf(0.5 + confidence / 2))
-    low, high = (
-        np.where(concerned, side * np.inf, box.up(z + side * quantile * error))
-        for side in (-1.0, 1.0)
+    probability = None
+    if noise_known and freedom > 0:
+        probability = float(stats.chi2.sf(chi2, freedom))
+    return _Best(
+        *(z, theta, slope, fixed, known, open_, error, covariance),
+        *(quantile, chi2, freedom, probability),
     )
-    covariance *= np.outer(slope, slope)
-    covariance[concerned] = covariance[:, concerned] = np.nan
-    covariance[concerned, concerned] = np.inf
-    probability = (
-        float(stats.chi2.sf(chi2, freedom)) if noise_known and freedom > 0 else None
-    )
-    start = model(box.start)
-    # without absolute standard deviations residuals are scaled by the scatter
-    scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
-    columns = map(
-        model.split,
-        (search.measured, scatter * search.sigma, start.values, best.values),
-    )
-    residuals = tuple(
-        Residuals(each.label(part.name), part.unit, part.t, *row)
-        for (each, part), *row in zip(model.parts, *columns, strict=True)
-    )
-    outcome = Outcome.CONVERGED
-    message = search.message
-    if not search.converged:
-        outcome = Outcome.NOT_CONVERGED
-    elif concerned.any():
-        outcome = Outcome.NOT_DETERMINED
-        names = [path for path, c in zip(paths, concerned, strict=True) if c]
-        message = f"the data do not determine {', '.join(names)}"
-    names = [path for path, at in zip(paths, fixed, strict=True) if not at]
-    changes = known.open * (slope / np.where(theta == 0, 1.0, theta))[~fixed]
-    changes = [change / change[np.argmax(np.abs(change))] for change in changes]
-    scenes = zip(model.scenes(box.start), model.scenes(theta), strict=True)
-    recordings = tuple(
-        FittedRecording(each.name, each.data, *pair)
-        for each, pair in zip(model.recordings, scenes, strict=True)
-    )
-    before, after = (
-        (recordings[0].before, recordings[0].scene)
-        if len(recordings) == 1
-        else (
-            with_values(scene, dict(zip(paths[: model.shared], x, strict=False)))
-            for x in (box.start, theta)
-        )
-    )
-    tied = _tied(search, z, theta, ~fixed, concerned, scene)
-    warnings = _warnings(search, z, chi2, probability)
+
+
+def assess(
+    search: Search,
+    scene: Scene,
+    *,
+    absolute: bool,
+    confidence: float,
+    profile: bool,
+) -> Calibration:
+    """The calibration at the best point of a search: its errors, what is tied to the
+    parameters, their profiles, and the runs before and after."""
+    assert search.best is not None
+    least, z, evaluation = search.best
+    model = search.model
+    best = _best(search, z, absolute, confidence)
+    start = model(search.box.start)
+    fixed_numbers = _tied(search, best, scene)
+    warnings = _warnings(search, best)
     failures = dict(model.failures)
     profiles: list[tuple[float, float] | None] = [None] * z.size
     if profile and search.converged:
-        rise = quantile**2 * (1.0 if absolute else chi2 / freedom)
-        profiles = _profiles(search, z, rise, quantile * error)
+        scale = 1.0 if absolute else best.chi2 / best.freedom
+        rise = best.quantile**2 * scale
+        profiles = _profiles(search, z, rise, best.quantile * best.error)
         if search.best[0] < least - _BETTER * rise:
             there = _numbers_at(search, search.best[1])
             warnings.append(
                 f"a profile has passed a better fit: start again from {there}"
             )
-    inputs = Inputs(scene)
-    parameters = tuple(
-        Parameter(
-            path=path,
-            unit=inputs.about(model.fields[i]).unit,
-            value=float(theta[i]),
-            standard_error=float(error[i] * slope[i]),
-            interval=(float(low[i]), float(high[i])),
-            state=_state(concerned[i], fixed[i], z[i]),
-            start=float(box.start[i]),
-            low=float(box.low[i]),
-            high=float(box.high[i]),
-            logarithmic=bool(box.logarithmic[i]),
-            profile=profiles[i],
+    # without absolute standard deviations residuals are scaled by the scatter
+    scatter = 1.0
+    if not absolute and best.chi2 > 0 and best.freedom > 0:
+        scatter = np.sqrt(best.chi2 / best.freedom)
+    recordings = _recordings(model, search.box.start, best.theta)
+    if len(recordings) == 1:
+        before, after = recordings[0].before, recordings[0].scene
+    else:
+        shared = model.paths[: model.shared]
+        before, after = (
+            with_values(scene, dict(zip(shared, numbers, strict=False)))
+            for numbers in (search.box.start, best.theta)
         )
-        for i, path in enumerate(paths)
-    )
+    outcome, message = _outcome(search, best)
     notes = dict.fromkeys(
         f"data: {note}" for each in recordings for note in each.data.notes
     )
     solver = solver_name(model.solver)
     return Calibration(
-        parameters=parameters,
-        covariance=covariance,
-        chi2=chi2,
+        parameters=_parameters(search, scene, best, profiles),
+        covariance=best.covariance,
+        chi2=best.chi2,
         chi2_start=float(np.sum(search.residual(start) ** 2))
         if start.more is None
         else np.inf,
-        freedom=freedom,
+        freedom=best.freedom,
         absolute=absolute,
-        probability=probability,
+        probability=best.probability,
         confidence=confidence,
-        singular_values=known.singular_values,
-        open=tuple(
-            dict(zip(names, change.tolist(), strict=True)) for change in changes
-        ),
-        residuals=residuals,
+        singular_values=best.known.singular_values,
+        open=_open_directions(best, model.paths),
+        residuals=_residuals(search, scatter, start.values, evaluation.values),
         before=before,
         scene=after,
         recordings=recordings,
@@ -185,7 +177,85 @@ def assess(
         loss=search.loss,
         warnings=(*warnings, *notes),
         outcome=outcome,
-        fixed=tied,
+        fixed=fixed_numbers,
+    )
+
+
+def _outcome(search: Search, best: _Best) -> tuple[Outcome, str]:
+    """How the fit ended, and why in words."""
+    if not search.converged:
+        return Outcome.NOT_CONVERGED, search.message
+    if not best.open.any():
+        return Outcome.CONVERGED, search.message
+    names = itertools.compress(search.model.paths, best.open)
+    return Outcome.NOT_DETERMINED, f"the data do not determine {', '.join(names)}"
+
+
+def _parameters(
+    search: Search,
+    scene: Scene,
+    best: _Best,
+    profiles: list[tuple[float, float] | None],
+) -> tuple[Parameter, ...]:
+    box = search.box
+    standard_error = best.error * best.slope
+    low, high = (
+        np.where(
+            best.open,
+            side * np.inf,
+            box.up(best.z + side * best.quantile * best.error),
+        )
+        for side in (-1.0, 1.0)
+    )
+    inputs = Inputs(scene)
+    return tuple(
+        Parameter(
+            path=path,
+            unit=inputs.about(search.model.fields[i]).unit,
+            value=float(best.theta[i]),
+            standard_error=float(standard_error[i]),
+            interval=(float(low[i]), float(high[i])),
+            state=_state(best.open[i], best.fixed[i], best.z[i]),
+            start=float(box.start[i]),
+            low=float(box.low[i]),
+            high=float(box.high[i]),
+            logarithmic=bool(box.logarithmic[i]),
+            profile=profiles[i],
+        )
+        for i, path in enumerate(search.model.paths)
+    )
+
+
+def _open_directions(best: _Best, paths: Sequence[str]) -> tuple[dict[str, float], ...]:
+    """Relative changes of parameters that the data do not see, the largest 1."""
+    free = ~best.fixed
+    relative = best.slope / np.where(best.theta == 0, 1.0, best.theta)
+    changes = best.known.open * relative[free]
+    changes = [change / change[np.argmax(np.abs(change))] for change in changes]
+    names = [*itertools.compress(paths, free)]
+    return tuple(dict(zip(names, change.tolist(), strict=True)) for change in changes)
+
+
+def _residuals(
+    search: Search, scatter: float, start: np.ndarray, best: np.ndarray
+) -> tuple[Residuals, ...]:
+    """Measured values of all parts, their standard deviations, and those of the first
+    and the best run."""
+    model = search.model
+    columns = map(model.split, (search.measured, scatter * search.sigma, start, best))
+    return tuple(
+        Residuals(each.label(part.name), part.unit, part.t, *row)
+        for (each, part), *row in zip(model.parts, *columns, strict=True)
+    )
+
+
+def _recordings(
+    model: FitModel, start: np.ndarray, theta: np.ndarray
+) -> tuple[FittedRecording, ...]:
+    scenes = zip(model.scenes(start), model.scenes(theta), strict=True)
+    return tuple(
+        FittedRecording(each.name, each.data, *pair)
+        for each, pair in zip(model.recordings, scenes, strict=True)
     )
 
 
@@ -219,33 +289,26 @@ def _numbers_at(search: Search, z: np.ndarray) -> str:
     return ", ".join(f"{path} = {value:.5g}" for path, value in values)
 
 
-def _tied(
-    search: Search,
-    z: np.ndarray,
-    theta: np.ndarray,
-    free: np.ndarray,
-    concerned: np.ndarray,
-    scene: Scene,
-) -> tuple[FixedNumber, ...]:
+def _tied(search: Search, best: _Best, scene: Scene) -> tuple[FixedNumber, ...]:
     """Fixed numbers that are not told apart from fitted parameters, those with the
     largest effect in standard errors first."""
-    if not (free & ~concerned).any():
+    free = ~best.fixed
+    if not (free & ~best.open).any():
         return ()
-    slope = search.box.slope(theta)
-    jacobian = search.jacobian(z)[:, free]
+    jacobian = search.jacobian(best.z)[:, free]
     which = np.flatnonzero(free)
     inputs = Inputs(scene)
     rows: list[tuple[float, FixedNumber]] = []
-    for path, value, change in search.model.of_fixed(theta):
+    for path, value, change in search.model.of_fixed(best.theta):
         ties = confound(jacobian, change / search.sigma, max(search.noise, STEP**2))
-        strength = np.where(concerned[which], 0.0, np.abs(ties.correlation))
+        strength = np.where(best.open[which], 0.0, np.abs(ties.correlation))
         k = int(np.argmax(strength))
         i = which[k]
-        shift = ties.shift[k] * slope[i]
-        error = float(np.sqrt(ties.variance[k])) * slope[i]
+        shift = ties.shift[k] * best.slope[i]
+        error = float(np.sqrt(ties.variance[k])) * best.slope[i]
         # else an error of the whole number would not matter
         if strength[k] > _TIED and abs(shift) > error:
-            relative = float(shift / theta[i]) if theta[i] else float(shift)
+            relative = float(shift / best.theta[i]) if best.theta[i] else float(shift)
             unit = inputs[path].about.unit
             correlation = float(ties.correlation[k])
             row = FixedNumber(
@@ -269,11 +332,10 @@ def _identified(
     )
 
 
-def _warnings(
-    search: Search, z: np.ndarray, chi2: float, probability: float | None
-) -> list[str]:
+def _warnings(search: Search, best: _Best) -> list[str]:
     warnings = []
-    if probability is not None and probability > 1 - UNLIKELY and chi2 > 0:
+    probability = best.probability
+    if probability is not None and probability > 1 - UNLIKELY and best.chi2 > 0:
         warnings.append(
             "χ² is improbably small: the standard deviations of the data are too large"
         )
@@ -282,7 +344,7 @@ def _warnings(
     far = [
         end
         for cost, end in search.ends
-        if cost <= equal and np.max(np.abs(end - z)) > 0.05
+        if cost <= equal and np.max(np.abs(end - best.z)) > 0.05
     ]
     if far:
         there = _numbers_at(search, far[0])
@@ -394,7 +456,7 @@ def _absoluteness(
     parameters: int,
     issues: Issues,
 ) -> bool:
-    """Whether standard deviations are absolute; adds their errors."""
+    """Whether standard deviations are absolute; adds their best."""
     parts = [
         (each.label(part.name), part.sigma)
         for each in recordings
