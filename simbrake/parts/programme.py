@@ -233,39 +233,16 @@ def programme_scene(
             "brake", f"is a {brake.words.brake}: programmes need a band brake"
         )
     cycles = parse_programme(programme)
-    reader = NumberReader()
-    if not isinstance(load, Hoist):
-        reader.fault(
-            "load", f"{type(load).__name__} has no hook to lower", "give a HookLoad"
-        )
-    if isinstance(brake, Brake) and brake.band.stiffness is not None:
-        reader.fault(
-            "brake.band.stiffness",
-            "a driller who controls the speed needs a rigid band",
-            "leave it out",
-        )
-    if brake.in_series or brake.resolved:
-        reader.fault(
-            "brake",
-            "a driller cannot control a staged brake or a chain",
-            "give a standard brake",
-        )
-    # errors of brake, load and heat in any scene: the plan uses the friction at the
-    # start
-    still = Scene(
-        brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat, shaft=shaft
-    )
-    reader.faults += [
-        dataclasses.replace(fault, path=fault.path.removeprefix("duty."))
-        for fault in faults(still)
-    ]
-    reader.faults.report()
+    still = _still_scene(brake, load, heat, shaft)
     assert isinstance(load, Hoist)
     steps = {step.what for cycle in cycles for step in cycle.steps}
-    if "take" in steps and not isinstance(load, HookLoad):
-        what = f"{type(load).__name__} has no string to set down"
-        reader.fault("load", what, "give a HookLoad")
-        reader.faults.report()
+    takes = "take" in steps
+    hook = load
+    if takes:
+        if not isinstance(load, HookLoad):
+            what = f"{type(load).__name__} has no string to set down"
+            raise input_error("load", what, "give a HookLoad")
+        hook = _on_string(load, empty, stand)
     limit = 2 * pull if limit is None else limit
     plan = _Plan(
         still,
@@ -275,8 +252,9 @@ def programme_scene(
         lever_time,
         acceleration,
         limit,
-        empty if "take" in steps else None,
+        empty if takes else None,
     )
+    reader = NumberReader()
     for cycle in cycles:
         plan.begin()
         problems = [
@@ -288,25 +266,6 @@ def programme_scene(
         reader.faults += [] if problems else whole
     reader.faults += plan.faults(empty, stand, wear)
     reader.faults.report()
-    hook = load
-    if "take" in steps and isinstance(load, HookLoad):
-        hook = StringLoad(
-            empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
-            string=float(load.mass) - empty,
-            stand=stand,
-            **{
-                name: getattr(load, name)
-                for name in (
-                    "drum_radius",
-                    "line_count",
-                    "gravity",
-                    "drag",
-                    "rope",
-                    "elasticity",
-                    "weight",
-                )
-            },
-        )
     if wear is not None and plan.turns:
         wear = Wear(
             **{**vars(wear), "turned_after": np.sort(np.asarray(plan.turns, float))}
@@ -325,6 +284,58 @@ def programme_scene(
         shaft=shaft,
         limits=limits,
         motor=motor if any(phase.motor is not None for phase in phases.each) else None,
+    )
+
+
+def _still_scene(
+    brake: Brake | MultiBandBrake,
+    load: AbstractLoad,
+    heat: Heat | None,
+    shaft: tuple[AbstractShaftTorque, ...],
+) -> Scene:
+    """The scene at rest, whose friction plans the programme. Raises `InputError` with
+    what no driller can do with it, and with its own errors."""
+    reader = NumberReader()
+    if not isinstance(load, Hoist):
+        reader.fault(
+            "load", f"{type(load).__name__} has no hook to lower", "give a HookLoad"
+        )
+    if isinstance(brake, Brake) and brake.band.stiffness is not None:
+        reader.fault(
+            "brake.band.stiffness",
+            "a driller who controls the speed needs a rigid band",
+            "leave it out",
+        )
+    if brake.in_series or brake.resolved:
+        reader.fault(
+            "brake",
+            "a driller cannot control a staged brake or a chain",
+            "give a standard brake",
+        )
+    still = Scene(
+        brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat, shaft=shaft
+    )
+    reader.faults += [
+        dataclasses.replace(fault, path=fault.path.removeprefix("duty."))
+        for fault in faults(still)
+    ]
+    reader.faults.report()
+    return still
+
+
+def _on_string(load: HookLoad, empty: float, stand: float) -> StringLoad:
+    """The load as hook and string."""
+    return StringLoad(
+        empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
+        string=float(load.mass) - empty,
+        stand=stand,
+        drum_radius=load.drum_radius,
+        line_count=load.line_count,
+        gravity=load.gravity,
+        drag=load.drag,
+        rope=load.rope,
+        elasticity=load.elasticity,
+        weight=load.weight,
     )
 
 
