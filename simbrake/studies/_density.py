@@ -2,7 +2,7 @@
 under `jit` and `vmap`."""
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import jax
@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._base._faults import Issues
+from .._base._faults import Fault, Issues
 from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..runs.edit import with_values
@@ -19,6 +19,7 @@ from ._recordings import (
     Bounds,
     FitModel,
     MeasuredValues,
+    Recording,
     box_of_all,
     recordings_of,
     solver_within,
@@ -173,6 +174,57 @@ def _unconstrained(box: Box, numbers: np.ndarray, edge: float) -> np.ndarray:
     return np.log(z / (1 - z))
 
 
+def _faults_of_noise(
+    runs: Sequence[Recording], noise: Mapping[str, tuple[float, float]]
+) -> Iterator[Fault]:
+    """Errors of the bounds of unknown standard deviations, and values without any."""
+    measured = {part.name for each in runs for part in each.data.all}
+    for name, pair in noise.items():
+        if name not in measured:
+            names = ", ".join(sorted(measured))
+            yield Fault(
+                f"noise of {name}", "it was not measured", f"there are: {names}"
+            )
+        if not (len(pair) == 2 and 0 < pair[0] < pair[1] < np.inf):
+            what = f"the bounds {pair!r} are out of range"
+            yield Fault(f"noise of {name}", what, "0 < low < high")
+    for each in runs:
+        for part in each.data.all:
+            if part.sigma is None and part.name not in noise:
+                hint = (
+                    f'give its measuring error, or noise={{"{part.name}": (low, high)}}'
+                )
+                yield Fault(each.label(part.name), "has no standard deviation", hint)
+
+
+def _faults_of_priors(
+    priors: Mapping[str, Prior], parameters: Container[str]
+) -> Iterator[Fault]:
+    for path, prior in priors.items():
+        if path not in parameters:
+            hint = "a path of shared or per_recording"
+            yield Fault(f"prior of {path}", "is of no parameter", hint)
+        elif not callable(prior):
+            what = f"{prior!r} is no function"
+            yield Fault(f"prior of {path}", what, "log_prob of a distribution")
+
+
+def _faults_of_structure(runs: Sequence[Recording]) -> Iterator[Fault]:
+    """Recordings that cannot run side by side with the first."""
+    for each in runs[1:]:
+        if _structure(each.scene) != _structure(runs[0].scene):
+            what = f"has another structure than {runs[0].name}"
+            hint = "known lists must be as long for all recordings"
+            yield Fault(each.label("scene"), what, hint)
+
+
+def _rows(rows: Iterable[Any], longest: int, value: float) -> np.ndarray:
+    """Rows of different lengths as one array, each continued by a value."""
+    return np.stack(
+        [np.pad(row, (0, longest - len(row)), constant_values=value) for row in rows]
+    )
+
+
 def log_density(
     scene: Scene,
     recordings: Measured | Sequence[Measured] | Mapping[str, Measured],
@@ -220,46 +272,10 @@ def log_density(
     priors = priors or {}
     runs = recordings_of(scene, recordings, issues)
     box = box_of_all(runs, shared, own, start or {}, issues)
-    measured = {part.name for each in runs for part in each.data.all}
+    issues += _faults_of_noise(runs, noise)
     spreads = {f"{name}_sigma": pair for name, pair in noise.items()}
-    for name, pair in noise.items():
-        if name not in measured:
-            issues.add(
-                f"noise of {name}",
-                "it was not measured",
-                f"there are: {', '.join(sorted(measured))}",
-            )
-        if not (len(pair) == 2 and 0 < pair[0] < pair[1] < np.inf):
-            issues.add(
-                f"noise of {name}",
-                f"the bounds {pair!r} are out of range",
-                "0 < low < high",
-            )
-    for each in runs:
-        for part in each.data.all:
-            if part.sigma is None and part.name not in noise:
-                hint = (
-                    f'give its measuring error, or noise={{"{part.name}": (low, high)}}'
-                )
-                issues.add(each.label(part.name), "has no standard deviation", hint)
-    for path, prior in priors.items():
-        if path not in {**shared, **own, **spreads}:
-            issues.add(
-                f"prior of {path}",
-                "is of no parameter",
-                "a path of shared or per_recording",
-            )
-        elif not callable(prior):
-            issues.add(
-                f"prior of {path}",
-                f"{prior!r} is no function",
-                "log_prob of a distribution",
-            )
-    for each in runs[1:]:
-        if _structure(each.scene) != _structure(runs[0].scene):
-            what = f"has another structure than {runs[0].name}"
-            hint = "known lists must be as long for all recordings"
-            issues.add(each.label("scene"), what, hint)
+    issues += _faults_of_priors(priors, {**shared, **own, **spreads})
+    issues += _faults_of_structure(runs)
     issues.report()
     solver = solver_within(runs, {**shared, **own}) if solver is None else solver
     layout = FitModel(
@@ -274,15 +290,6 @@ def log_density(
         rooms = [room_for(each, differentiated=True) for each in runs_at_start]
         max_steps = _LONGER * max(rooms)
     longest = max(where.size for where in layout.where)
-
-    def filled(rows: Iterable[Any], value: float) -> np.ndarray:
-        return np.stack(
-            [
-                np.pad(row, (0, longest - len(row)), constant_values=value)
-                for row in rows
-            ]
-        )
-
     ends = np.asarray([*spreads.values()], float).reshape(-1, 2)
     columns = (*ends.T, np.sqrt(ends.prod(axis=1)), np.ones(len(ends), bool))
     columns = (np.append(*pair) for pair in zip(box[1:], columns, strict=True))
@@ -299,8 +306,8 @@ def log_density(
     )
     return LogDensity(
         initial=_unconstrained(box, box.start, _START),
-        measured=filled(values, np.nan),
-        sigma=filled(sigmas, np.nan),
+        measured=_rows(values, longest, np.nan),
+        sigma=_rows(sigmas, longest, np.nan),
         shared=tuple(shared),
         own=tuple(own),
         noise=tuple(spreads),
@@ -313,7 +320,7 @@ def log_density(
                 lambda *leaves: np.stack(leaves), *(each.scene for each in runs)
             ),
             np.stack(layout.given),
-            filled(layout.where, 0),
+            _rows(layout.where, longest, 0),
         ),
-        noisy=filled(noisy, -1),
+        noisy=_rows(noisy, longest, -1),
     )
