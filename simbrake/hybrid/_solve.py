@@ -366,6 +366,70 @@ def _places(
     return places
 
 
+def _row_map(
+    problem: Callable[[PyTree, PyTree], tuple[Problem, Array]],
+    places: list[int | None],
+) -> RowMap:
+    """How one row of a record moves with its start and with numbers of the system.
+
+    - `places` of these numbers among those that all rows share, as of `_places`
+    """
+
+    def row(rows: Rows, start: Array, i: Count) -> Rows:
+        bare = jax.tree.map(lambda leaf: leaf[i], rows)
+        return with_fields(bare, t=start[0], y=start[1:])
+
+    def flat_of(fixed: PyTree, i: Count, shared: list[Array], own: list[Array]) -> Flat:
+        """The system of one row with these numbers."""
+        import equinox as eqx
+
+        whole, others, rows, _ = fixed
+        flat = problem(whole, others)[0].flat.near(rows.mode[i], rows.mode[i + 1])
+        bare, rest = eqx.partition(flat, eqx.is_inexact_array)
+        alike = dict(
+            zip(sorted(i for i in {*places} if i is not None), shared, strict=True)
+        )
+        apart = iter(own)
+        new = [next(apart) if place is None else alike[place] for place in places]
+        return eqx.combine(jax.tree.unflatten(jax.tree.structure(bare), new), rest)
+
+    def forwards(
+        fixed: PyTree, params: PyTree, own: list[Array], start: Array, i: Count
+    ) -> Array:
+        _, _, rows, method = fixed
+        flat = flat_of(fixed, i, params[0], own)
+        t, y = advance(flat, method, params[1], row(rows, start, i), rows.mode[i + 1])
+        return jnp.concatenate([t[None], y])
+
+    def backwards(
+        fixed: PyTree,
+        params: PyTree,
+        own: list[Array],
+        start: Array,
+        i: Count,
+        c: Array,
+    ) -> tuple[PyTree, PyTree, Array]:
+        _, _, rows, method = fixed
+
+        def flat(numbers: PyTree) -> Flat:
+            return flat_of(fixed, i, numbers[0][0], numbers[1])
+
+        given = (params, own)
+        after = rows.mode[i + 1]
+        cotangents = pull_back(
+            flat,
+            method,
+            given,
+            lambda p: p[0][1],
+            row(rows, start, i),
+            after,
+            (c[0], c[1:]),
+        )
+        return *cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
+
+    return RowMap(forwards, backwards)
+
+
 def _differentiable(
     problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], call: Call
 ) -> Callable[..., PyTree]:
@@ -430,62 +494,6 @@ def _differentiable(
         def shared(numbers: PyTree) -> list[Array]:
             return [x for i, x in enumerate(jax.tree.leaves(numbers)) if i in places]
 
-        def row(rows: Rows, start: Array, i: Count) -> Rows:
-            bare = jax.tree.map(lambda leaf: leaf[i], rows)
-            return with_fields(bare, t=start[0], y=start[1:])
-
-        def flat_of(
-            fixed: PyTree, i: Count, shared: list[Array], own: list[Array]
-        ) -> Flat:
-            """The system of one row with these numbers."""
-            import equinox as eqx
-
-            whole, others, rows, _ = fixed
-            flat = problem(whole, others)[0].flat.near(rows.mode[i], rows.mode[i + 1])
-            bare, rest = eqx.partition(flat, eqx.is_inexact_array)
-            alike = dict(
-                zip(sorted(i for i in {*places} if i is not None), shared, strict=True)
-            )
-            apart = iter(own)
-            new = [next(apart) if place is None else alike[place] for place in places]
-            return eqx.combine(jax.tree.unflatten(jax.tree.structure(bare), new), rest)
-
-        def forwards(
-            fixed: PyTree, params: PyTree, own: list[Array], start: Array, i: Count
-        ) -> Array:
-            _, _, rows, method = fixed
-            flat = flat_of(fixed, i, params[0], own)
-            t, y = advance(
-                flat, method, params[1], row(rows, start, i), rows.mode[i + 1]
-            )
-            return jnp.concatenate([t[None], y])
-
-        def backwards(
-            fixed: PyTree,
-            params: PyTree,
-            own: list[Array],
-            start: Array,
-            i: Count,
-            c: Array,
-        ) -> tuple[PyTree, PyTree, Array]:
-            _, _, rows, method = fixed
-
-            def flat(numbers: PyTree) -> Flat:
-                return flat_of(fixed, i, numbers[0][0], numbers[1])
-
-            given = (params, own)
-            after = rows.mode[i + 1]
-            cotangents = pull_back(
-                flat,
-                method,
-                given,
-                lambda p: p[0][1],
-                row(rows, start, i),
-                after,
-                (c[0], c[1:]),
-            )
-            return *cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
-
         own, d_own = jax.jvp(entries, (numbers,), (d_params[0],))
         moves = (
             (shared(d_params[0]), *d_params[1:]),
@@ -495,7 +503,7 @@ def _differentiable(
         fixed = params, others, rows, rolled
         few = shared(numbers), t1, t0
         d = sweep(
-            RowMap(forwards, backwards), fixed, few, own, starts, count, moves, call
+            _row_map(problem, places), fixed, few, own, starts, count, moves, call
         )
         # a record that was too short does not reach the end: its derivatives must not
         # look like those of the run
