@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._faults import InputError, input_error
+from .._base._faults import Fault, InputError, input_error
 from .._base._numbers import digits, number
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, frozen, plain
@@ -562,22 +562,21 @@ class Replay(Tabular):
         heat = f"{number(most.friction_heat, 'J', count=3)} in the brake"
         words = ", ".join([heat, *temperatures, *most.lowering.flags])
         verdict = self.verdict
-        margins = [
-            f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]
-        ]
-        off = (
-            f"{what} {100 * max(abs(getattr(lowering, name) or 0.0) for lowering in self.lowerings):.2g} %"
-            for what, name in (
-                ("travel", "travel_deviation"),
-                ("hook work", "work_deviation"),
-            )
-        )
+        margin = "no margin"
+        if verdict.rows:
+            least = verdict.rows[0]
+            margin = f"smallest margin: {least.name}, {least.margin}"
+
+        def largest(name: str) -> str:
+            each = [getattr(lowering, name) or 0.0 for lowering in self.lowerings]
+            return f"{100 * np.max(np.abs(each)):.2g} %"
+
         return (
             f"hottest lowering: {when}, {words}",
-            f"{verdict.colour} {verdict.reason}: {verdict.sentence}; "
-            f"{'; '.join(margins) or 'no margin'}",
+            f"{verdict.colour} {verdict.reason}: {verdict.sentence}; {margin}",
             *self.upper_bound,
-            f"simulated against recorded: {', '.join(off)} at most in a lowering",
+            f"simulated against recorded: travel {largest('travel_deviation')}, "
+            f"hook work {largest('work_deviation')} at most in a lowering",
         )
 
     @property
@@ -749,6 +748,30 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
         )
 
 
+def _faults_of_replay(
+    scene: Scene, hook: AbstractHookLoad, book: Ledger
+) -> Iterator[Fault]:
+    """Why a log cannot be replayed on a scene."""
+    found = book.lowerings
+    log = found.log
+    lines = float(hook.line_count)
+    strung = book.settings["lines"]
+    if strung is not None and strung != lines:
+        what = f"{digits(lines)} lines are strung, the log has {digits(strung)}"
+        yield Fault("duty.load.line_count", what, "give the scene those of the log")
+    refused = [words for lowering in found.valid if (words := refusal(log, lowering))]
+    if refused:
+        hint = "give a height between block and crown: names={'block_position': …}"
+        what = f"{len(refused)} of {len(found.valid)} lowerings: {refused[0]}"
+        yield Fault(f"{log.source} column {log.position.mnemonic}", what, hint)
+    if not found.valid:
+        hint = "print sb.rig.lowerings(log)"
+        yield Fault(log.source, "has no lowering without flags", hint)
+    if not max(_tensions(scene)) > 0:
+        hint = "give the tension that holds the load"
+        yield Fault(f"duty.{scene.duty.lever_field}", "is never pulled", hint)
+
+
 def replay(
     of: Log | Lowerings | Ledger,
     scene: Scene,
@@ -805,21 +828,17 @@ def replay(
         4.0
     """
     require_scene(scene)
-    found = (
-        of.lowerings
-        if isinstance(of, Ledger)
-        else of
-        if isinstance(of, Lowerings)
-        else lowerings(of)
-    )
-    log = found.log
-    hook = scene.duty.load
-    notes = list[str]()
-    if auxiliary is None and isinstance(of, Ledger):
-        auxiliary = (
-            0.0 if of.settings["brake"] == "friction" else of.settings["auxiliary"]
-        )
+    if isinstance(of, Ledger):
+        found = of.lowerings
+        if auxiliary is None:
+            settings = of.settings
+            auxiliary = (
+                0.0 if settings["brake"] == "friction" else settings["auxiliary"]
+            )
+    else:
+        found = of if isinstance(of, Lowerings) else lowerings(of)
     faults = faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
+    hook = scene.duty.load
     if not isinstance(hook, AbstractHookLoad):
         faults.add(
             "duty.load",
@@ -827,37 +846,21 @@ def replay(
             "give lines and drum: `HookLoad`",
         )
         raise InputError(faults)
-    known: dict[str, Any] = settings_of(scene, log) | {
-        "auxiliary": None if faults else auxiliary
-    }
-    book = of if isinstance(of, Ledger) else ledger(found, **known)
-    of_scene, of_book = known.get("efficiency"), book.settings["efficiency"]
-    if of_scene and of_book and abs(of_scene - of_book) > 1e-3:
+    of_scene = settings_of(scene, found.log)
+    book = of
+    if not isinstance(book, Ledger):
+        # (a wrong share is reported below, with all other errors)
+        book = ledger(found, **of_scene, auxiliary=None if faults else auxiliary)
+    faults += _faults_of_replay(scene, hook, book)
+    faults.report()
+    notes = list[str]()
+    efficiency = of_scene["efficiency"]
+    of_book = book.settings["efficiency"]
+    if of_book and abs(efficiency - of_book) > 1e-3:
         notes.append(
             f"the ledger takes {digits(of_book, 3)} as the efficiency of the tackle, the "
-            f"scene {digits(of_scene, 3)}: the work of the friction brakes differs by it"
+            f"scene {digits(efficiency, 3)}: the work of the friction brakes differs by it"
         )
-    lines = float(hook.line_count)
-    strung = book.settings["lines"]
-    if strung is not None and strung != lines:
-        what = f"{digits(lines)} lines are strung, the log has {digits(strung)}"
-        faults.add("duty.load.line_count", what, "give the scene those of the log")
-    refused = [words for lowering in found.valid if (words := refusal(log, lowering))]
-    if refused:
-        hint = "give a height between block and crown: names={'block_position': …}"
-        what = f"{len(refused)} of {len(found.valid)} lowerings: {refused[0]}"
-        faults.add(f"{log.source} column {log.position.mnemonic}", what, hint)
-    if not found.valid:
-        faults.add(
-            log.source, "has no lowering without flags", "print sb.rig.lowerings(log)"
-        )
-    if not max(_tensions(scene)) > 0:
-        faults.add(
-            f"duty.{scene.duty.lever_field}",
-            "is never pulled",
-            "give the tension that holds the load",
-        )
-    faults.report()
     if auxiliary is None:
         whole = "the friction brakes take all that is lowered, an upper bound"
         notes.append(
