@@ -303,17 +303,15 @@ def layered_heat(
         growth = _growth(lining_thickness, lining_first, lining_layers, lining_both)
         bodies.append(
             Wall(
-                *(
-                    "lining",
-                    lining,
-                    lining_thickness,
-                    wall_area,
-                    lining_layers,
-                    growth,
-                    temperature,
-                    each,
-                    lining_both,
-                ),
+                "lining",
+                lining,
+                lining_thickness,
+                wall_area,
+                lining_layers,
+                growth,
+                temperature,
+                each,
+                lining_both,
                 surface_layer=lining_surface,
             )
         )
