@@ -193,7 +193,8 @@ def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
     if isinstance(value, tuple | list):
         return f"{name_of(type(value))}({','.join(text(entry) for entry in value)})"
     if isinstance(value, dict):
-        return f"{{{','.join(f'{text(key)}:{text(entry)}' for key, entry in value.items())}}}"
+        entries = [f"{text(key)}:{text(entry)}" for key, entry in value.items()]
+        return f"{{{','.join(entries)}}}"
     if isinstance(value, np.ndarray | np.generic | jax.Array | jax.ShapeDtypeStruct):
         about = f"{value.dtype}{list(value.shape)}"
         if not static:
@@ -206,10 +207,11 @@ def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
     if isinstance(value, types.MethodType):
         return text((value.__func__, value.__self__))
     if dataclasses.is_dataclass(value):
-        fields = [
-            f"{field.name}={text(getattr(value, field.name), static=static or field.metadata.get('static', False))}"
-            for field in dataclasses.fields(value)
-        ]
+        fields = []
+        for field in dataclasses.fields(value):
+            is_static = static or field.metadata.get("static", False)
+            entry = text(getattr(value, field.name), static=is_static)
+            fields.append(f"{field.name}={entry}")
         return f"{name_of(type(value))}({','.join(fields)})"
     if by_name:
         return name_of(type(value))

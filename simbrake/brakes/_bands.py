@@ -322,10 +322,8 @@ class MultiBandBrake(AbstractBandBrake):
 
     @property
     def features(self) -> tuple[str, ...]:
-        return (
-            f"{len(self.bands)} bands of "
-            f"{' and '.join(str(band.linings.count) for band in self.bands)} linings",
-        )
+        counts = " and ".join(str(band.linings.count) for band in self.bands)
+        return (f"{len(self.bands)} bands of {counts} linings",)
 
     def of_bands(self, values: Any) -> list[Any]:
         """Values over all linings, (…, n), divided by bands: (…, n_j) of each."""

@@ -542,7 +542,8 @@ class Export:
 
         def give(key: str, i: int, value: str) -> str:
             """C that points an argument of a program at a value."""
-            return f"{programs[key].ins[i].replace('frame->', f'memory->{key}.')} = {value};"
+            argument = programs[key].ins[i].replace("frame->", f"memory->{key}.")
+            return f"{argument} = {value};"
 
         text = Path(__file__).with_name("scene.c").read_text("utf-8")
         text = re.sub(

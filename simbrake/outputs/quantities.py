@@ -766,11 +766,8 @@ def _range(values: Any, unit: str) -> str:
         return value_text(values)
     array = np.asarray(values)
     finite = array[np.isfinite(array)]
-    each = (
-        f" ({' × '.join(str(n) for n in array.shape[1:])} each)"
-        if array.ndim > 1
-        else ""
-    )
+    shape = " × ".join(map(str, array.shape[1:]))
+    each = f" ({shape} each)" if shape else ""
     if not finite.size:
         return f"—{each}"
     low = float(finite.min())

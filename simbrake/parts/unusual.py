@@ -90,11 +90,8 @@ def _unusual(
     # the angles of equal linings add up to a wrap with rounding
     slack = 1e-9 * usual[1]
     within = usual[0] - slack <= low and high <= usual[1] + slack
-    return (
-        []
-        if within
-        else [f"unusual: {what}, {words.format(f'{usual[0]:g}…{usual[1]:g}')}"]
-    )
+    span = f"{usual[0]:g}…{usual[1]:g}"
+    return [] if within else [f"unusual: {what}, {words.format(span)}"]
 
 
 def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:

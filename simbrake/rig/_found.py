@@ -1,6 +1,7 @@
 """Lowerings that were found in a log, their table, gaps, and what totals leave out."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -147,10 +148,8 @@ class Lowerings(Tabular):
         aside = f"; {flagged} more {are} flagged and left out" if flagged else ""
         yield f"{counted(len(self.valid))}, {total} at the hook{aside}"
         yield from self.lost
-        kinds = [
-            f"{kind}: {sum(lowering.kind == kind for lowering in self.valid)}"
-            for kind in reversed(LOADS)
-        ]
+        counts = Counter(lowering.kind for lowering in self.valid)
+        kinds = [f"{kind}: {counts[kind]}" for kind in reversed(LOADS)]
         yield f"load {', '.join(kinds)}"
         yield self.table
         yield from [self.gap_table] if self.gaps else []
@@ -183,10 +182,8 @@ class Lowerings(Tabular):
         if not self.gaps:
             return ()
         out = self.left_out
-        opening = (
-            f"gaps in the log: {len(self.gaps)}, "
-            f"{_long(sum(gap.duration for gap in self.gaps))} in all"
-        )
+        whole = _long(sum(gap.duration for gap in self.gaps))
+        opening = f"gaps in the log: {len(self.gaps)}, {whole} in all"
         if not out["gaps"]:
             return (
                 f"{opening}; after each of them the block is where it was: taken as a rest",

@@ -112,7 +112,8 @@ class Ledger(Tabular):
     def parts(self) -> Iterator[str | Table]:
         yield from self.answer
         yield from self.tables
-        yield f"given: {', '.join(f'{name} = {text}' for name, text in self.given.items())}"
+        given = [f"{name} = {text}" for name, text in self.given.items()]
+        yield f"given: {', '.join(given)}"
         yield from self.lowerings.basis
         yield from (
             f"- {note}"

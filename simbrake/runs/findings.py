@@ -218,7 +218,8 @@ def _message(result: Any) -> str:
     if status is Status.RUNAWAY:
         return f"{text}: at the end {capacity_words(result.end_capacity, result.scene)}"
     if status is Status.LOWERING:
-        return f"{text}: {number(float(terminal_speed(result.record)), 'rad/s')}"
+        speed = float(terminal_speed(result.record))
+        return f"{text}: {number(speed, 'rad/s')}"
     (end,) = labels_of(result.record, np.asarray([int(result.record.count)]))
     if end.stands:
         return (

@@ -160,14 +160,9 @@ def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
     if len(bad) == 0:
         return []
     worst = array.reshape(len(array), -1)[tuple(bad[0])]
-    what = f"{worst:g}{unit_suffix(about.unit)} is out of range {named_runs(np.unique(bad[:, 0]))}"
-    return [
-        Fault(
-            path,
-            what,
-            f"{about.meaning} must be {about.range}{unit_suffix(about.unit)}",
-        )
-    ]
+    unit = unit_suffix(about.unit)
+    what = f"{worst:g}{unit} is out of range {named_runs(np.unique(bad[:, 0]))}"
+    return [Fault(path, what, f"{about.meaning} must be {about.range}{unit}")]
 
 
 def _of_times(plan: Plan) -> list[Fault]:

@@ -130,7 +130,8 @@ class Uncertainty(Tabular):
         yield Table([("path", "drawn"), *shares, "unit"], rows)
         for name, s in self.statistics.items():
             yield ""
-            yield f"{', '.join(filter(None, (name, pretty(s.unit))))}: {self._share(s.count)}"
+            title = ", ".join(filter(None, (name, pretty(s.unit))))
+            yield f"{title}: {self._share(s.count)}"
             if s.count:
                 columns = [
                     ("statistic", ""),

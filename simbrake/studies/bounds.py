@@ -91,10 +91,8 @@ class Paths(NamedTuple):
 def named_runs(runs: Sequence[int] | np.ndarray) -> str:
     """`(run 3)`, `(runs 3, 4, 5, 6, 7 and 12 more)`."""
     more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
-    return (
-        f"({'run' if len(runs) == 1 else 'runs'} "
-        f"{', '.join(str(i) for i in runs[:_NAMED])}{more})"
-    )
+    each = ", ".join(map(str, runs[:_NAMED]))
+    return f"(run {each})" if len(runs) == 1 else f"(runs {each}{more})"
 
 
 def faults_of_runs(scenes: Iterable[tuple[int, Scene]]) -> list[Fault]:

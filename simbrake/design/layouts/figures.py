@@ -201,11 +201,10 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
         for panel, (name, (factor, offset, _)) in zip(
             panels[2:], scales.items(), strict=True
         ):
-            label = (
-                f"{row.name}: maximum over minimum "
-                f"{np.max(row.values[name]) / np.min(row.values[name]):.4g}"
-            )
-            shown = factor * row.values[name] + offset
+            values = row.values[name]
+            uneven = np.max(values) / np.min(values)
+            label = f"{row.name}: maximum over minimum {uneven:.4g}"
+            shown = factor * values + offset
             panel.bar(
                 linings + (k - (len(rows) - 1) / 2) * width, shown, width, label=label
             )
