@@ -17,7 +17,7 @@ from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake
 from ..outputs.log import Event, plain_words
 from ..outputs.quantities import Series
-from ..parts.scene import Scene
+from ..parts.scene import Scene, banded_brake
 from ..plot.drawing import (
     BLUE,
     GREEN,
@@ -36,6 +36,7 @@ from ..plot.drawing import (
 from ..plot.wheels import (
     CONTACT_COLOURS,
     LINING,
+    band_ends,
     lining_edges,
     on_circle,
     pressed_angles,
@@ -321,6 +322,7 @@ def film(result: Result, t: Times, clock: Film) -> Data:
         "places": rounded(_places(result.scene)),
         "pairs": pairs,
         "tension": None,
+        "ends": [],
         "heat": None,
     }
     if p.shown.tension is not None:
@@ -329,6 +331,8 @@ def film(result: Result, t: Times, clock: Film) -> Data:
             axis=1,
         )
         data["tension"] = rounded(force(tension), _DRAWN)
+        ends = band_ends(on_circle(lining_edges(banded_brake(result.scene))))
+        data["ends"] = [[*rounded(np.concatenate(end[:3])), end.side] for end in ends]
     heat = {
         name: degrees(T) for name, T in p.surfaces.items() if name in ("linings", "rim")
     }

@@ -3,7 +3,7 @@ pads, shoes."""
 
 import math
 from collections.abc import Callable
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -58,7 +58,8 @@ CONTACT_COLOURS = {
 #: radii in units of the drawn rim
 RIM = 1.0
 LINING = (1.02, 1.18)
-#: speed (rad/s) that is rounding: what is left at the instant of a stop
+#: share of the largest speed of a run that is rounding: what is left at the instant of
+#: a stop
 _STILL = 1e-9
 BAND = 1.21
 #: sides of the two shoes, and angles of their pins: a little beside the vertical through
@@ -164,14 +165,21 @@ def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> No
 _HALF_OF_LABEL = 0.29
 
 
-def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
-    """The band with its two straight ends and their labels, slack end first."""
-    first = angles[0, 0]
-    last = angles[-1, 1]
-    axes.plot(
-        *spot(BAND, np.linspace(first, last, 400)).T, color=GREY, lw=2.5, zorder=3
-    )
-    for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
+class BandEnd(NamedTuple):
+    """A straight end of the band: the points where it leaves the wheel and where it
+    stops, the place of its label, and which side of the label is there."""
+
+    start: Float[np.ndarray, " 2"]
+    stop: Float[np.ndarray, " 2"]
+    label: Float[np.ndarray, " 2"]
+    side: Literal["center", "left", "right"]
+
+
+def band_ends(angles: Ends) -> list[BandEnd]:
+    """The two ends of a band on linings at these angles in the figure, slack end
+    first."""
+    ends = []
+    for angle, direction in ((angles[0, 0], 1.0), (angles[-1, 1], -1.0)):
         start = spot(BAND, angle)
         tangent = direction * spot(1.0, angle + 0.5 * math.pi)
         # the two ends of a wide wrap stop before they cross
@@ -179,16 +187,29 @@ def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
         length = 0.5
         if towards > 0:
             length = min(length, (abs(start[0]) - 0.05) / towards)
-        _draw_arrow(
-            axes, start, start + length * tangent, mutation_scale=14, color=GREY, lw=2.5
-        )
-        place = tuple(start + (length + 0.02) * tangent)
-        side: Literal["center", "left", "right"] = "center"
-        if abs(place[0]) < _HALF_OF_LABEL:  # no room for both below the wheel
-            place = (-direction * 2.2, -1.6)
+        stop = start + length * tangent
+        label = stop + 0.02 * tangent
+        side = "center"
+        if abs(label[0]) < _HALF_OF_LABEL:  # no room for both below the wheel
+            label = np.array([-direction * 2.2, -1.6])
             side = "left" if direction > 0 else "right"
+        ends.append(BandEnd(start, stop, label, side))
+    return ends
+
+
+def _draw_band(axes: Axes, angles: Ends, labels: tuple[str, str]) -> None:
+    """The band with its two straight ends and their labels, slack end first."""
+    turn = np.linspace(angles[0, 0], angles[-1, 1], 400)
+    axes.plot(*spot(BAND, turn).T, color=GREY, lw=2.5, zorder=3)
+    for end, words in zip(band_ends(angles), labels, strict=True):
+        _draw_arrow(axes, end.start, end.stop, mutation_scale=14, color=GREY, lw=2.5)
         axes.annotate(
-            words, place, (0, -3), textcoords="offset points", va="top", ha=side
+            words,
+            tuple(end.label),
+            (0, -3),
+            textcoords="offset points",
+            va="top",
+            ha=end.side,
         )
 
 
@@ -198,9 +219,9 @@ def _draw_arrow(
     axes.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle="-|>", **look))
 
 
-def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
+def _draw_rotation(axes: Axes, result: Result, omega: float, radius: float) -> None:
     """An arrow round the centre in the sense of the rotation, with the speed."""
-    turns = abs(omega) > _STILL
+    turns = abs(omega) > _STILL * np.max(np.abs(result.record.compact().states.omega))
     if turns:
         low = -50.0
         high = 230.0
@@ -372,7 +393,7 @@ def _draw_band_of(
     tension = np.append(ahead[0], behind)
     loads = [force(pair.normal)[0, own] for pair in p.shown.pairs]
     _draw_around(axes, angles, first, tension, loads, tops)
-    _draw_rotation(axes, float(p.y.omega[0]), 0.2)
+    _draw_rotation(axes, result, float(p.y.omega[0]), 0.2)
 
 
 @styled
@@ -645,7 +666,7 @@ def pressed(
     head(
         figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}"
     )
-    _draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
+    _draw_rotation(wheel, result, float(p.y.omega[0]), 0.32 * float(brake.radius))
     name_marks(figure, _contact_legend(contacts, brake.words.lining))
     return figure
 

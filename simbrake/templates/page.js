@@ -240,15 +240,12 @@
       rings(svg, picture.topLoad, LOAD, from, to);
       picture.curve = made(svg, "path", {class: "tension"});
       made(svg, "path", {d: arc(BAND, from, to), class: "band"});
-      // the ends of a wide wrap stop before they cross; without room below the wheel (half of a label) their labels
-      // stand beside the figure
-      const length = Math.min(0.45, BAND * Math.tan(Math.max(Math.PI - (to - from) / 2, 0.05)) - 0.05);
-      for (const [angle, sense, words] of [[to, 1, ["slack end", "(lever)"]], [from, -1, ["tight end", "(anchor)"]]]) {
-        const [x, y] = spot(Math.hypot(BAND, length), angle + sense * Math.atan(length / BAND)).split(" ");
-        made(svg, "path", {d: `M${spot(BAND, angle)}L${x} ${y}`, class: "band"});
-        const wide = Math.abs(x) < 0.25, place = wide ? {x: -2.15 * sense, style: `text-anchor:${sense > 0 ? "start" : "end"}`} : {x};
-        words.forEach((line, k) => made(svg, "text", {y: (wide ? 1.5 : Number(y) + 0.13) + 0.11 * k, ...place}, line));
-      }
+      film.ends.forEach(([x, y, tipX, tipY, left, top, side], k) => {
+        made(svg, "path", {d: `M${x} ${-y}L${tipX} ${-tipY}`, class: "band"});
+        const style = `text-anchor:${{left: "start", center: "middle", right: "end"}[side]}`;
+        [["slack end", "(lever)"], ["tight end", "(anchor)"]][k].forEach((words, line) =>
+          made(svg, "text", {x: left, y: 0.11 + 0.11 * line - top, style}, words));
+      });
     }
     pairs.forEach((pair, k) => picture.rings.push(places.map(([a, b, inner, outer], i) => {
       const step = (outer - inner) / pairs.length, top = outer - k * step;

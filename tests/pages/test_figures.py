@@ -26,7 +26,7 @@ from picture_scenes import (
     small_stop,
     staged_result,
 )
-from scenes import replaced
+from scenes import replaced, stop_scene
 
 import simbrake as sb
 from simbrake import plot
@@ -170,6 +170,13 @@ def test_labels_of_wide_wraps_and_many_linings_lie_apart(count, wrap):
     linings = sb.uniform_linings(count, wrap, 0.35)
     scene = replaced(small_stop(), {"brake.linings": linings})
     check(plot.pulley(sb.simulate(scene), 0.1))
+
+
+def test_rest_of_a_pulley_is_relative_to_its_run():
+    """Half of a stop from 5e-10 rad/s."""
+    result = sb.simulate(stop_scene(n=4, beta=60.0, C=None, T0=2e-7, w0=5e-10))
+    texts = plot.pulley(result, result.metrics["stopping_time"] / 2).axes[0].texts
+    assert "$\\omega$\n2.5e-10\nrad/s" in [text.get_text() for text in texts]
 
 
 def test_title_stands_above_a_legend_of_two_lines():
