@@ -7,6 +7,7 @@ one structure, the `frame`, which also is all memory that a call needs.
 """
 
 import collections
+import contextlib
 import functools
 import itertools
 import math
@@ -64,11 +65,6 @@ _ENTRYWISE = {
             "acosh",
             "atanh",
             "erf",
-        )
-    },
-    **{
-        name: f"{name}({{0}})"
-        for name in (
             "log",
             "sqrt",
             "cbrt",
@@ -107,7 +103,7 @@ _ENTRYWISE = {
     "select": "({0} ? {1} : {2})",
     "clamp": "minimum(maximum({0}, {1}), {2})",
 }
-_OF_WHOLE = {
+_OF_WHOLE = _ENTRYWISE | {
     "divide": "divided({0}, {1})",
     "remainder": "remains({0}, {1})",
     "abs": "whole_abs({0})",
@@ -385,8 +381,15 @@ class Value(NamedTuple):
 
 
 class Line(NamedTuple):
+    """A line of C.
+
+    - `declares`: a variable that begins here
+    - `pinned`: it must stay in the loop that it ends
+    """
+
     text: str
-    declares: str = ""  # a variable that begins here
+    declares: str = ""
+    pinned: bool = False
 
 
 class Block(NamedTuple):
@@ -395,12 +398,6 @@ class Block(NamedTuple):
 
     parts: list[tuple[str, list[Any]]]
     whole: bool = False
-
-
-class Pinned(NamedTuple):
-    """A line that must stay in the loop that it ends."""
-
-    text: str
 
 
 _TOKEN = re.compile(r"\bv\d+\b")
@@ -444,11 +441,10 @@ class Program:
     def _held(
         self, name: str, shape: Shape, kind: str, fresh: Body | None = None
     ) -> Value:
-        if math.prod(shape) <= 1:
-            return Value(shape, kind, lambda _: name, 0, name, fresh)
-        return Value(
-            shape, kind, lambda index: f"{name}[{_place(index, shape)}]", 0, name, fresh
-        )
+        def at(index: Index) -> str:
+            return name if math.prod(shape) <= 1 else f"{name}[{_place(index, shape)}]"
+
+        return Value(shape, kind, at, 0, name, fresh)
 
     def _variable(self, shape: Shape, kind: str) -> Value:
         name = self._new(kind, math.prod(shape))
@@ -508,15 +504,22 @@ class Program:
             self._body
         ]
 
+    @contextlib.contextmanager
+    def _apart(self) -> Iterator[list[Any]]:
+        """Collects the lines that are printed inside in a list of their own."""
+        kept = self._nodes
+        self._nodes = inside = []
+        yield inside
+        self._nodes = kept
+
     # --- functions and bodies
 
     def _function(self, name: str, body: Body) -> tuple[list[str], list[Value]]:
         """Print a function once; the variables of its arguments (pointers for arrays)
         and its results."""
         if name not in self._results:
-            kept = self._env, self._nodes
+            kept = self._env
             self._env = {}
-            self._nodes = []
             variables = []
             for arg in body.args:
                 shape, kind = self._module.types[arg]
@@ -529,16 +532,17 @@ class Program:
                         at=lambda _, variable=variable: f"{variable}[0]", name=""
                     )
                 self._env[arg] = value
-            outs = [
-                value if value.name in self._kinds else self._stored(value)
-                for value in self._emit(body, body.outs)
-            ]
-            self._functions[name] = self._nodes
+            with self._apart() as inside:
+                outs = [
+                    value if value.name in self._kinds else self._stored(value)
+                    for value in self._emit(body, body.outs)
+                ]
+            self._functions[name] = inside
             self._results[name] = (
                 variables,
                 [value._replace(fresh=None) for value in outs],
             )
-            self._env, self._nodes = kept
+            self._env = kept
         return self._results[name]
 
     def _emit(self, body: Body, outs: list[int]) -> list[Value]:
@@ -560,11 +564,8 @@ class Program:
         return values
 
     def _nested(self, body: Body, outs: list[int]) -> tuple[list[Any], list[Value]]:
-        nodes = self._nodes
-        self._nodes = []
-        values = self._emit(body, outs)
-        inside = self._nodes
-        self._nodes = nodes
+        with self._apart() as inside:
+            values = self._emit(body, outs)
         return inside, values
 
     def _op_call(self, op: Operation) -> None:
@@ -625,23 +626,20 @@ class Program:
             self._env[body.args[i]] = value._replace(fresh=body if i in slots else None)
         before, [going] = self._nested(cond, cond.outs)
         wanted = [i for i in carried if i in slots]
-        outer = self._nodes
-        self._nodes = []
-        # (operations of the body may write over what it begins with)
-        values = self._emit(body, [body.outs[i] for i in wanted])
         names = {slots[i].name for i in wanted}
         changes = []
-        for i, value in zip(wanted, values, strict=True):
-            if value.name == slots[i].name:
-                continue
-            if names & {*_TOKEN.findall(value.at(["i0"] * len(value.shape)))}:
-                value = self._stored(value)
-            changes.append((slots[i], value))
-        for change in changes:
-            self._put(*change)
-        inside = self._nodes
-        self._nodes = outer
-        stop = Pinned(f"if (!{going.at([])}) break;")
+        with self._apart() as inside:
+            # (operations of the body may write over what it begins with)
+            values = self._emit(body, [body.outs[i] for i in wanted])
+            for i, value in zip(wanted, values, strict=True):
+                if value.name == slots[i].name:
+                    continue
+                if names & {*_TOKEN.findall(value.at(["i0"] * len(value.shape)))}:
+                    value = self._stored(value)
+                changes.append((slots[i], value))
+            for change in changes:
+                self._put(*change)
+        stop = Line(f"if (!{going.at([])}) break;", pinned=True)
         self._nodes.append(Block([("for (;;) {", [*before, stop, *inside])]))
 
     def _op_case(self, op: Operation) -> None:
@@ -650,17 +648,14 @@ class Program:
         which = self._solid(op.ins[0]).at([])
         parts = []
         for number, region in enumerate(op.regions):
-            outer = self._nodes
-            self._nodes = []
-            for result, value in zip(
-                results, self._emit(region, [region.outs[i] for i in kept]), strict=True
-            ):
-                self._put(result, value)
+            with self._apart() as inside:
+                values = self._emit(region, [region.outs[i] for i in kept])
+                for result, value in zip(results, values, strict=True):
+                    self._put(result, value)
             test = (
                 f"if ({which} == {number}) {{" if number < len(op.regions) - 1 else "{"
             )
-            parts.append((f"}} else {test}" if number else test, self._nodes))
-            self._nodes = outer
+            parts.append((f"}} else {test}" if number else test, inside))
         self._nodes.append(Block(parts))
         for i, result in zip(kept, results, strict=True):
             self._env[op.outs[i]] = result
@@ -668,13 +663,8 @@ class Program:
     # --- entry by entry
 
     def _entrywise(self, op: Operation) -> None:
-        real = op.types[0][1] in _REAL
-        self._each(
-            op,
-            _ENTRYWISE[op.name]
-            if real or op.name not in _OF_WHOLE
-            else _OF_WHOLE[op.name],
-        )
+        forms = _ENTRYWISE if op.types[0][1] in _REAL else _OF_WHOLE
+        self._each(op, forms[op.name])
 
     def _each(self, op: Operation, form: str) -> None:
         """Results of an operation that acts entry by entry; scalars among its operands
@@ -1194,18 +1184,12 @@ class Program:
                         yield margin + _TOKEN.sub(in_frame, head)
                         yield from lines(inside, depth + 1)
                     yield margin + "}"
-                elif (
-                    isinstance(node, Line)
-                    and node.declares
-                    and node.declares not in shared
-                ):
-                    kind, size = self._kinds[node.declares]
-                    words = (
-                        node.text
-                        if node.text
-                        else f"{node.declares}{f'[{size}]' if size > 1 else ''};"
-                    )
-                    yield f"{margin}{kind} {_TOKEN.sub(in_frame, words)}"
+                elif node.declares and node.declares not in shared:
+                    if node.text:
+                        kind = self._kinds[node.declares][0]
+                        yield f"{margin}{kind} {_TOKEN.sub(in_frame, node.text)}"
+                    else:
+                        yield f"{margin}{self._declared(node.declares)};"
                 elif node.text:
                     yield margin + _TOKEN.sub(in_frame, node.text)
 
@@ -1237,9 +1221,7 @@ def _texts(nodes: list[Any]) -> Iterator[str]:
                 yield head
                 yield from _texts(inside)
         else:
-            yield node.text
-            if isinstance(node, Line):
-                yield node.declares
+            yield from (node.text, node.declares)
 
 
 def _length(node: Any) -> int:
@@ -1264,7 +1246,7 @@ def _divided(name: str, nodes: list[Any]) -> dict[str, list[Any]]:
         while sum(map(_length, inner)) > most:
             groups: list[list[Any]] = [[]]
             for node in inner:
-                apart = isinstance(node, Pinned)
+                apart = isinstance(node, Line) and node.pinned
                 if groups[-1] and (
                     apart or sum(map(_length, groups[-1])) + _length(node) > LONGEST
                 ):
