@@ -22,9 +22,7 @@ from ..thermal.network import (
     Surface,
     Surroundings,
     Wall,
-    depends_on_temperatures,
-    is_constant,
-    is_perfect,
+    dependence,
     nodes_at,
     opens,
     place_of,
@@ -434,7 +432,7 @@ class Thermal(Struct):
 
         for i, (link, g) in enumerate(zip(self.heat.links, self.through, strict=True)):
             places = {link.a, link.b}
-            if is_perfect(link, self.heat.bodies) and any(
+            if dependence(link, self.heat.bodies).perfect and any(
                 places <= {*each.faces, *each.nodes} for each in surfaces
             ):
                 continue
@@ -465,7 +463,7 @@ class Thermal(Struct):
             return closed * around.closed if can_open else closed
 
         constant = g is not None and self._keeps_halves and not can_open
-        if g is None and not depends_on_temperatures(link, self.heat.bodies):
+        if g is None and not dependence(link, self.heat.bodies).temperatures:
             g = law(a.T, b.T)
         elif g is not None and can_open:
             g = g * around.closed
@@ -546,7 +544,7 @@ class Thermal(Struct):
             if {place_of(k.a)[0], place_of(k.b)[0]} & set(where)
         ]
         if not any(
-            depends_on_temperatures(link, self.heat.bodies) for link in touching
+            dependence(link, self.heat.bodies).temperatures for link in touching
         ):
             return improve(start, None)[0]
         return jax.lax.scan(improve, start, None, length=_NEWTON)[0]
@@ -794,7 +792,8 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
         w.material.conductivity_slope is not None or w.surface_layer is not None
         for w in walls
     )
-    if bends or not is_constant(link, heat.bodies):
+    depends = dependence(link, heat.bodies)
+    if bends or depends.temperatures or depends.surroundings:
         return None
     alone = [_half_at(heat, place, half) for place in apart]
     T_a, T_b = (jnp.zeros(place_count(heat, place)) for place in (link.a, link.b))

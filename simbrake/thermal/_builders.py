@@ -25,7 +25,7 @@ from .network import (
     Reservoir,
     ThermalContact,
     Wall,
-    is_perfect,
+    dependence,
     place_of,
 )
 
@@ -525,7 +525,7 @@ def with_external_pair(
     def between(link: AbstractLink) -> AbstractLink:
         ends = {place_of(link.a)[0], place_of(link.b)[0]}
         touches = isinstance(link, Conductance | ThermalContact) and linings in ends
-        parts = band in ends or not is_perfect(link, heat.bodies)
+        parts = band in ends or not dependence(link, heat.bodies).perfect
         return dataclasses.replace(link, opens=parts) if touches else link
 
     return dataclasses.replace(

@@ -30,7 +30,7 @@ from .network import (
     ThermalContact,
     Wall,
     body_at,
-    depends_on_temperatures,
+    dependence,
     faults_of_network,
     nodes_at,
     place_of,
@@ -713,7 +713,7 @@ class Heat(Part):
     def _open(self, place: str) -> bool:
         """Whether a link whose conductance depends on temperatures ends at a place."""
         return any(
-            depends_on_temperatures(link, self.bodies)
+            dependence(link, self.bodies).temperatures
             for link in self.links
             if place in (link.a, link.b)
         )

@@ -544,30 +544,13 @@ def size_of(body: Body, face: str | None) -> int:
     return body.copies if face is not None and isinstance(body, Wall) else body.count
 
 
-def depends_on_temperatures(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
-    """Whether the conductance of a link between two of the `bodies` depends on their
-    temperatures."""
-    return reads(link, *_sizes(link, bodies)).temperatures
-
-
-def is_constant(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
-    """Whether the conductance of a link between two of the `bodies` depends on nothing
-    that changes during a run."""
-    dependence = reads(link, *_sizes(link, bodies))
-    return not (dependence.temperatures or dependence.surroundings)
-
-
-def is_perfect(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
-    """Whether a link between two of the `bodies` is a contact without resistance."""
-    return reads(link, *_sizes(link, bodies)).perfect
-
-
-def _sizes(link: AbstractLink, bodies: tuple[Body, ...]) -> tuple[int, int]:
+def dependence(link: AbstractLink, bodies: tuple[Body, ...]) -> Reads:
+    """What the conductance of a link between two of the `bodies` depends on."""
     by_name = {body.name: body for body in bodies}
     n_a, n_b = (
         size_of(by_name[name], face) for name, face in map(place_of, (link.a, link.b))
     )
-    return n_a, n_b
+    return reads(link, n_a, n_b)
 
 
 def opens(link: AbstractLink) -> bool:
@@ -667,7 +650,7 @@ def faults_of_network(
                 "equal numbers of nodes, or one",
             )
             continue
-        if isinstance(edge, Source) or not is_perfect(edge, bodies):
+        if isinstance(edge, Source) or not dependence(edge, bodies).perfect:
             continue
         if not any(isinstance(by_name[name], Wall) for name, _ in named):
             hint = "make them one lump, or give a resistance"
@@ -770,13 +753,13 @@ def surfaces_of(
     flows.update(source.a for source in sources if source.a in flows)
     joined = {place for place, count in flows.items() if count > 1}
     for link in links:
-        if depends_on_temperatures(link, bodies):
+        if dependence(link, bodies).temperatures:
             joined |= {place for place in (link.a, link.b) if place_of(place)[1]}
     groups = [{place} for place in sorted(joined)]
     for link in links:
         ends = {link.a, link.b}
         if (
-            is_perfect(link, bodies)
+            dependence(link, bodies).perfect
             and not opens(link)
             and ends & joined
             and not any(place_of(p)[1] for p in ends - joined)
@@ -813,7 +796,7 @@ def _faults_of_surfaces(
             for face in surface.faces
             if face in (link.a, link.b)
         ]
-        if faces and opens(link) and is_perfect(link, bodies):
+        if faces and opens(link) and dependence(link, bodies).perfect:
             what = f"perfect contact that opens, at {faces[0]} with other links"
             faults.add(f"{path}.links[{i}].resistance", what, "give it a resistance")
     for surface in surfaces:
