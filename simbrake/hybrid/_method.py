@@ -110,6 +110,33 @@ class AbstractMethod(Struct):
         """`step_with_rate` and its derivatives backwards, `h` frozen."""
 
 
+def _stages(
+    rhs: Rhs,
+    t: Scalar,
+    y: State,
+    h: Scalar,
+    k: _Stages,
+    first: int,
+    a: np.ndarray,
+    c: np.ndarray,
+) -> tuple[_Stages, _Stages]:
+    """The rates `k` with those of the stages from `first` on, which have the rows `a`
+    of weights and the nodes `c`; and where `rhs` is taken for them."""
+
+    def stage(
+        k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]
+    ) -> tuple[_Stages, State]:
+        i, weights, c = entry
+        argument = y + h * weighted(weights, k)
+        k = jax.lax.dynamic_update_slice(
+            k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))
+        )
+        return k, argument
+
+    places = jnp.arange(first, first + len(c), dtype=jnp.int32)
+    return jax.lax.scan(stage, k, (places, jnp.asarray(a), jnp.asarray(c)))
+
+
 class ExplicitRungeKutta(AbstractMethod):
     """An embedded explicit Runge–Kutta pair, `y₁ = y + h Σ bᵢ kᵢ`,
     `kᵢ = f(t + cᵢ h, y + h Σ aᵢⱼ kⱼ)`.
@@ -227,26 +254,8 @@ class ExplicitRungeKutta(AbstractMethod):
         h: Scalar,
     ) -> tuple[State, State]:
         n = len(rows) + 1
-
-        def stage(
-            k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]
-        ) -> tuple[_Stages, None]:
-            i, weights, c = entry
-            argument = y + h * weighted(weights, k)
-            return jax.lax.dynamic_update_slice(
-                k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))
-            ), None
-
         k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
-        k, _ = jax.lax.scan(
-            stage,
-            k,
-            (
-                jnp.arange(1, n, dtype=jnp.int32),
-                jnp.asarray(square(((), *rows))[1:]),
-                jnp.asarray(nodes),
-            ),
-        )
+        k, _ = _stages(rhs, t, y, h, k, 1, square(((), *rows))[1:], np.asarray(nodes))
         weights = self.a[-1] if self.fsal else self.b
         both = h * weighted(jnp.asarray([weights[:n], self.b_error[:n]]).T, k[:, None])
         return y + both[0], both[1]
@@ -262,20 +271,8 @@ class ExplicitRungeKutta(AbstractMethod):
     ) -> tuple[_Stages, _Stages]:
         """Where `rhs` is taken in every stage, and its values."""
         a, c = self._all_stages()
-        n = len(c)
-
-        def stage(
-            k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]
-        ) -> tuple[_Stages, State]:
-            i, weights, c = entry
-            argument = y + h * weighted(weights, k)
-            k = jax.lax.dynamic_update_slice(
-                k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))
-            )
-            return k, argument
-
-        entries = (jnp.arange(n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(c))
-        return jax.lax.scan(stage, jnp.zeros((n, y.shape[0]), y.dtype), entries)
+        k = jnp.zeros((len(c), y.shape[0]), y.dtype)
+        return _stages(rhs, t, y, h, k, 0, a, c)
 
     def step_with_rate(
         self, rhs: Rhs, t: Scalar, y: State, h: Scalar
