@@ -294,15 +294,23 @@ def at_first_stop(record: Record, values: Array) -> Array:
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
-    travel = scene.duty.load.travelled(at_first_stop(record, record.states.phi))
+    travel = _travel(record, scene, functools.partial(at_first_stop, record))
+    return np.asarray(np.inf) if travel is None else travel
+
+
+def hook_travel_at_end(record: Record, scene: Scene) -> Any:
+    """Travel of the hook (m) over the run, with the stretch of an elastic rope; `None`
+    for a load on no hook."""
+    return _travel(record, scene, lambda values: values[record.count])
+
+
+def _travel(record: Record, scene: Scene, at: Callable[[Array], Array]) -> Any:
+    """Travel of the hook (m) at an instant; `at` takes the value there of a column."""
+    travel = scene.duty.load.travelled(at(record.states.phi))
     system: BrakeSystem = record.system  # pyright: ignore
-    if travel is None:
-        return np.asarray(np.inf)
-    if system.feature(ElasticRope) is None:
+    if travel is None or system.feature(ElasticRope) is None:
         return travel
-    return travel + at_first_stop(
-        record, stretched(system, record.states, record.modes)
-    )
+    return travel + at(stretched(system, record.states, record.modes))
 
 
 @functools.partial(RunJit, quick=True)
@@ -311,16 +319,6 @@ def stretched(system: Any, states: Any, modes: Mode) -> Any:
     return jax.vmap(
         lambda y, mode: system.feature(ElasticRope).stretched(system, y, mode)
     )(states, modes)
-
-
-def hook_travel_at_end(record: Record, scene: Scene) -> Any:
-    """Travel of the hook (m) over the run, with the stretch of an elastic rope; `None`
-    for a load on no hook."""
-    travel = scene.duty.load.travelled(record.y_end.phi)
-    system: BrakeSystem = record.system  # pyright: ignore
-    if system.feature(ElasticRope) is None:
-        return travel
-    return travel + stretched(system, record.states, record.modes)[record.count]
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:
