@@ -58,9 +58,10 @@ CONTACT_COLOURS = {
 #: radii in units of the drawn rim
 RIM = 1.0
 LINING = (1.02, 1.18)
-#: share of the largest speed of a run that is rounding: what is left at the instant of
-#: a stop
+#: shares of the largest speed of a run: rounding, which is left at the instant of a
+#: stop; and 0 to the eye, as in the last moments before a stop, where maxima often lie
 _STILL = 1e-9
+_SLIGHT = 1e-5
 BAND = 1.21
 #: sides of the two shoes, and angles of their pins: a little beside the vertical through
 #: the shaft
@@ -221,7 +222,8 @@ def _draw_arrow(
 
 def _draw_rotation(axes: Axes, result: Result, omega: float, radius: float) -> None:
     """An arrow round the centre in the sense of the rotation, with the speed."""
-    turns = abs(omega) > _STILL * np.max(np.abs(result.record.compact().states.omega))
+    fastest = np.max(np.abs(result.record.compact().states.omega))
+    turns = abs(omega) > _STILL * fastest
     if turns:
         low = -50.0
         high = 230.0
@@ -240,8 +242,7 @@ def _draw_rotation(axes: Axes, result: Result, omega: float, radius: float) -> N
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
     speed = reading("rad/s")
-    # the last moments before a stop, where maxima often lie, are 0 to the eye
-    size = digits(speed(round(omega, 4) + 0.0), 3)
+    size = digits(speed(omega if abs(omega) > _SLIGHT * fastest else 0.0), 3)
     words = f"$\\omega$\n{size}\n{speed.name}" if turns else "at rest"
     axes.text(0, 0, words, ha="center", va="center")
 

@@ -173,10 +173,10 @@ def test_labels_of_wide_wraps_and_many_linings_lie_apart(count, wrap):
 
 
 def test_rest_of_a_pulley_is_relative_to_its_run():
-    """Half of a stop from 5e-10 rad/s."""
-    result = sb.simulate(stop_scene(n=4, beta=60.0, C=None, T0=2e-7, w0=5e-10))
+    """Half of a stop from 1e-6 rad/s."""
+    result = sb.simulate(stop_scene(n=4, beta=60.0, C=None, T0=4e-4, w0=1e-6))
     texts = plot.pulley(result, result.metrics["stopping_time"] / 2).axes[0].texts
-    assert "$\\omega$\n2.5e-10\nrad/s" in [text.get_text() for text in texts]
+    assert "$\\omega$\n5·10⁻⁷\nrad/s" in [text.get_text() for text in texts]
 
 
 def test_title_stands_above_a_legend_of_two_lines():
