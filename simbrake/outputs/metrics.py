@@ -60,24 +60,22 @@ def stress(tension: Array, scene: Scene, *, anchor: bool = False) -> Array:
     return tension / (parts.anchor_area if anchor else parts.band_area)
 
 
-def lever_travel(record: Record, scene: Scene) -> Array:
-    """Travel of the lever's end (m) at the end of a run, from that of the released band
-    of new linings:
+def lever_travel(shortened: Array, scene: Scene) -> Array:
+    """Travel of the lever's end (m) from that of the released band of new linings:
 
         s = (l/a) (x + Σ β_i (h_i + δ))
 
-    `x` (m): elongation of the band, `h_i`: all that the linings have lost, `δ`:
-    clearance of the released band
+    `shortened` (m): elongation `x` of the band, and `Σ β_i h_i` of what the linings
+    have lost in the run;  `δ`: clearance of the released band. `h_i` counts all that
+    they have lost.
     """
     lever: Any = lever_of(scene)
-    brake = scene.brake
-    end = record.y_end
-    x = getattr(end.own, "x", None)
     gap = lever.clearance
     if scene.wear is not None:
-        gap = gap + scene.wear.worn + (0.0 if end.worn is None else sum_of(end.worn))
-    slack = (brake.linings.angle * gap).sum()  # pyright: ignore
-    return lever.arm / lever.slack_arm * (slack if x is None else slack + x)
+        gap = gap + scene.wear.worn
+    linings: Any = scene.brake.linings
+    before = (linings.angle * gap).sum()
+    return lever.arm / lever.slack_arm * (shortened + before)
 
 
 def allowable_values(scene: Scene) -> dict[str, float]:
@@ -735,10 +733,12 @@ METRICS: dict[str, Metric] = {
     ),
     "lever_travel": Metric(
         "m",
-        "travel of the lever at the end, from the released band of new linings",
-        "Travel of the lever at the end",
-        lever_travel,
+        "maximum travel of the lever, from the released band of new linings",
+        "Maximum travel of the lever",
+        lambda p: p.slack_end_travel[:, None],
         _TRAVEL,
+        greatest=True,
+        number=lever_travel,
         limit=lambda scene: getattr(lever_of(scene), "greatest_travel", None),
     ),
     "max_drum_speed": Metric(

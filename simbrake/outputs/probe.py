@@ -131,6 +131,18 @@ class LazyProbe:
             return None
         return self._variables.lever_tension / lever.gain
 
+    @property
+    def slack_end_travel(self) -> Array:
+        """How far elongation of the band and wear in the run let its slack end move (m);
+        of linings that act as one."""
+        travel = getattr(self.y.own, "x", None)
+        travel = jnp.zeros(()) if travel is None else travel
+        if self.y.worn is None:
+            return travel
+        linings: Any = self._system.grip.linings
+        lost = sum(h for h in self.y.worn if h is not None)
+        return travel + jnp.sum(linings.angle * lost)
+
     @functools.cached_property
     def actuator_pressure(self) -> Array | None:
         return _gauge_pressure(self._system, self.t, self.y, self.mode)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import near
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 
 import simbrake as sb
 
@@ -59,6 +59,12 @@ def test_stresses_force_and_travel():
     lost = WORN + np.asarray(result.worn_thickness)
     travel = ARM / SLACK_ARM * (T0 * RATIO / C + np.sum(BETA * (lost + CLEARANCE)))
     near(m["lever_travel"], travel, 1e-9)
+    # a lever that is eased behind the stop has travelled as far
+    force = sb.PiecewiseLinear([0.0, 0.2, 2.0, 2.5], [0.0, FORCE, FORCE, 0.0])
+    eased = sb.Duty(replaced(result.scene.duty.lever, {"force": force}), 0.0)
+    eased = sb.simulate(replaced(result.scene, {"duty": eased}))
+    assert eased.series([3.0]).elongation[0] < 1e-9
+    near(eased.metrics["lever_travel"], travel, 1e-9)
     said = [
         text for text in result.summary()["warnings"] if text.startswith("over_limit")
     ]
