@@ -495,7 +495,9 @@ def _judged(
     if not np.isfinite(value):
         verdict = LimitVerdict.NOT_EVALUATED
         note = "the run failed before it happened"
-        if result.ok:
+        if name == HOLDING and result.report().held_nothing:
+            note = "no load hung while the brake was to hold"
+        elif result.ok:
             verdict = LimitVerdict.EXCEEDED
             note = "did not happen in this run"
         return LimitCheck(name, bound, None, unit, verdict, note)

@@ -181,6 +181,12 @@ class Report:
         reserve = self.peaks.get(HOLDING)
         return reserve if reserve is not None and np.isfinite(reserve.value) else None
 
+    @property
+    def held_nothing(self) -> bool:
+        """Whether the brake was to hold, and no load hung while it was."""
+        to_hold = holding_rows(self._record).to_hold
+        return self.holding is None and bool(to_hold.any())
+
     @functools.cached_property
     def judgement(self) -> Judgement:
         """Whether the brake did what it was to do. Its reserve at rest is the minimum

@@ -70,6 +70,14 @@ def test_limit_of_a_least_value(stop, factor, colour, state):
     near(check.margin_percent, 100 * (1 / factor - 1), 1e-9)
 
 
+def test_least_reserve_where_no_load_is_held():
+    """It is infinite: that exceeds no limit."""
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 0.1, 0.2], [LOAD, LOAD, 0.0]))
+    stop = sb.simulate(replaced(rigid(), {"duty.load": load}))
+    said = stop.verdict({"min_holding_reserve": 1.25, **AMPLE})
+    assert (said.colour, said.reason) == ("green", "H4")
+
+
 def test_limit_of_a_motion_in_either_sense():
     """A load thrown up travels as far as one that comes down."""
     up = sb.simulate(rigid(w0=-W0))
