@@ -7,9 +7,10 @@ is then for review.
 
 import dataclasses
 import functools
-import html.parser
 import re
 
+import lxml.etree
+import lxml.html
 import pytest
 import staged_scenes as staged
 from disc_scenes import fading_scene
@@ -105,33 +106,19 @@ SCENES |= {name: functools.partial(sb.read_scene, name) for name in OTHERS}
 FOREIGN = re.compile("drawworks|hook|drill|tackle", re.IGNORECASE)
 
 
-class Text(html.parser.HTMLParser):
+HIDDEN = ("script", "style", "svg", "figure", "noscript")
+ROWS = {"tr", "p", "h1", "h2", "h3", "li", "dt", "pre", "summary", "div"}
+
+
+def text_of(page):
     """The words of a page, a line for each row, heading and paragraph."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.hidden = 0
-        self.parts = []
-        self.feed(page)
-        self.close()
-
-    def handle_starttag(self, tag, attrs):
-        self.hidden += tag in ("script", "style", "svg", "figure", "noscript")
-        self.parts += (
-            ["\n"]
-            if tag in ("tr", "p", "h1", "h2", "h3", "li", "dt", "pre", "summary", "div")
-            else [" "]
-        )
-
-    def handle_endtag(self, tag):
-        self.hidden -= tag in ("script", "style", "svg", "figure", "noscript")
-
-    def handle_data(self, data):
-        self.parts += [] if self.hidden else [data]
-
-    def __str__(self):
-        lines = (" ".join(line.split()) for line in "".join(self.parts).split("\n"))
-        return "\n".join(line for line in lines if line)
+    tree = lxml.html.document_fromstring(page)
+    lxml.etree.strip_elements(tree, *HIDDEN, with_tail=False)
+    for element in tree.iter(lxml.etree.Element):
+        gap = "\n" if element.tag in ROWS else " "
+        element.text = gap + (element.text or "")
+    lines = (" ".join(line.split()) for line in tree.text_content().split("\n"))
+    return "\n".join(line for line in lines if line)
 
 
 #: what differs from machine to machine: residuals of rounding, and how many steps a run
@@ -160,17 +147,9 @@ def said(name):
         with sb.results.display_units("rig"):
             parts.append(str(result))
     if name in PAGES:
-        page = str(
-            Text(
-                sb.report(
-                    result,
-                    check=False,
-                    limits=limits,
-                    sensitivity=["stopping_time"] if first else (),
-                )
-            )
-        )
-        parts.append(page.partition("\nEquipment\nEvery")[0])
+        slopes = ["stopping_time"] if first else ()
+        page = sb.report(result, check=False, limits=limits, sensitivity=slopes)
+        parts.append(text_of(page).partition("\nEquipment\nEvery")[0])
     text = "\n\n".join(map(str, parts)) + "\n"
     for pattern, masked in ROUNDING:
         text = re.sub(pattern, masked, text)

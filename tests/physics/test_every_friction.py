@@ -6,7 +6,6 @@ every row and every kind of brake at least twice, each mechanism with memory and
 in all of its pairs, and kinds of one mechanism in turn.
 """
 
-import collections
 import contextlib
 import dataclasses
 import functools
@@ -156,13 +155,6 @@ RUNS = {
     "custom law": ("rigid band", "several bands by stiffness"),
     "oil later": ("several bands by shares", "disc brake"),
 }
-assert (
-    min(
-        collections.Counter(kind for kinds in RUNS.values() for kind in kinds)[kind]
-        for kind in KINDS
-    )
-    > 1
-)
 #: quick to compile
 DAILY = {"memory and changes": ("rigid band",)}
 
