@@ -14,7 +14,7 @@ import tempfile
 
 import jax
 import psutil
-from scenes import closed_form, stop_scene
+from scenes import closed_form, stop_run, stop_scene
 
 import simbrake as sb
 
@@ -22,7 +22,7 @@ MAPS = pathlib.Path("/proc/self/maps")
 
 
 def stopping_time(omega, n):
-    return sb.simulate(stop_scene(n, beta=270 / n, w0=omega, end=20.0)).stopping_time
+    return stop_run(n, beta=270 / n, w0=omega, end=20.0).stopping_time
 
 
 def visit(n, turn, folder):

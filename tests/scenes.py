@@ -52,6 +52,11 @@ def stop_scene(
     )
 
 
+def stop_run(*numbers, **parts):
+    """The run of such a stop."""
+    return sb.simulate(stop_scene(*numbers, **parts))
+
+
 def lining_ratio(f, angle):
     """Ratio of the tensions on both sides of a lining that slides (model §3),
     `(1 + f z)/(1 − f z)` with `z = tan(β/2)`."""

@@ -4,7 +4,7 @@ that fail."""
 import numpy as np
 import pytest
 from helpers import all_near
-from scenes import lining_ratio, stop_scene
+from scenes import lining_ratio, stop_run, stop_scene
 
 import simbrake as sb
 
@@ -59,17 +59,16 @@ def test_full_slip_follows_all_lining_limits(swinging):
 
 @pytest.mark.slow
 def test_log_of_a_run_that_fails():
-    whole = sb.simulate(stop_scene())
+    whole = stop_run()
     for steps in (2, 4, 5, 8):
         failed = sb.simulate(stop_scene(), max_steps=steps, throw=False)
         end = float(failed.record.rows.t[steps])
         wanted = [event for event in whole.events if event.time <= end]
         assert [event[1:] for event in failed.events] == [event[1:] for event in wanted]
         all_near(failed.events.times, [event.time for event in wanted], 1e-10)
-    assert [
-        event.name
-        for event in sb.simulate(stop_scene(end=float(whole.stopping_time))).events
-    ][-2:] == [
+    assert [event.name for event in stop_run(end=float(whole.stopping_time)).events][
+        -2:
+    ] == [
         "full_slip",
         "stop",
     ]

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from commands import python
 from helpers import near, nothing_compiled
-from scenes import closed_form, stop_scene
+from scenes import closed_form, stop_run, stop_scene
 
 import simbrake as sb
 
@@ -249,21 +249,21 @@ def test_public_names():
 
 @pytest.mark.slow
 def test_a_thousand_values_do_not_re_trace(caplog):
-    float(sb.simulate(stop_scene(T0=5e3)).stopping_time)
+    float(stop_run(T0=5e3).stopping_time)
     rng = np.random.default_rng(1)
     with nothing_compiled(caplog):
         for i in range(1000):
             T0 = 8e3 * rng.uniform(0.8, 1.2)
             f = rng.uniform(0.2, 0.4)
             w0 = rng.uniform(5, 30)
-            result = sb.simulate(stop_scene(T0=T0, f=f, w0=w0, end=20.0))
+            result = stop_run(T0=T0, f=f, w0=w0, end=20.0)
             if i % 100 == 0:
                 truth = closed_form(T0=T0, f=f, w0=w0)["stop"]
                 near(result.stopping_time, truth, 1e-10)
 
 
 def test_absent_physics_has_no_states():
-    elastic, rigid = (sb.simulate(stop_scene(C=C)).record.y_end for C in (2e5, None))
+    elastic, rigid = (stop_run(C=C).record.y_end for C in (2e5, None))
     assert len(jax.tree.leaves(elastic)) == 6
     assert len(jax.tree.leaves(rigid)) == 5
 
@@ -279,7 +279,7 @@ def test_failure_raises_or_returns_its_code():
 
 def test_32_bits_are_refused_clearly():
     with jax.enable_x64(False), pytest.raises(RuntimeError, match="jax_enable_x64"):
-        sb.simulate(stop_scene())
+        stop_run()
 
 
 BITS = """

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from commands import python
 from helpers import all_near, near
-from scenes import closed_form, stop_scene
+from scenes import closed_form, stop_run, stop_scene
 
 import simbrake as sb
 
@@ -25,7 +25,7 @@ def test_a_run_inside_a_program_of_the_user(room, monkeypatch):
     monkeypatch.setenv("SIMBRAKE_PROGRAM_MEMORY", room)
 
     def stopping_time(omega):
-        sb.simulate(stop_scene(7))
+        stop_run(7)
         return sb.simulate(
             stop_scene(w0=omega), rtol=1e-11, max_steps=128
         ).stopping_time

@@ -18,7 +18,7 @@ from commands import call
 from goldens import assert_kept
 from helpers import input_error, near
 from result_scenes import heated_stop
-from scenes import stop_scene
+from scenes import stop_run, stop_scene
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
@@ -26,7 +26,7 @@ import simbrake as sb
 
 @pytest.fixture(scope="module")
 def plain():
-    return sb.simulate(stop_scene())
+    return stop_run()
 
 
 # --- provenance and running again ---------------------------------------------------

@@ -12,7 +12,7 @@ from commands import call, no_cache  # noqa: F401
 from goldens import assert_refused
 from heat_scenes import fading, lump, rigid_stop
 from helpers import all_equal, all_near, faults_of, near
-from scenes import GAIN, stop_scene
+from scenes import GAIN, stop_run, stop_scene
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
@@ -177,7 +177,7 @@ def test_data_say_what_they_hold():
 
 
 def test_columns_that_a_run_does_not_have(request):
-    run = sb.simulate(stop_scene(C=None))
+    run = stop_run(C=None)
     of = sb.studies.Measured.of
     overlays = (
         lambda column=column: sb.plot.overlay(run, of([0.1, 0.2], {column: [1.0, 2.0]}))

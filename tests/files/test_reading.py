@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 import pytest
-from scenes import stop_scene
+from scenes import stop_run, stop_scene
 
 import simbrake as sb
 
@@ -31,7 +31,7 @@ def test_traced_and_odd_values_do_not_hinder():
 
 
 def test_results_are_read_by_name():
-    result = sb.simulate(stop_scene(C=None, load=10e3))
+    result = stop_run(C=None, load=10e3)
     assert result["stopping_time"] == float(result.stopping_time)
     assert result["max_tension"] == float(result.max_tension.value)
     assert result["energy.friction_heat"] == float(result.energy["friction_heat"])

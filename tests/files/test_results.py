@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from helpers import all_equal, all_near, input_error, near
 from result_scenes import heated_stop
-from scenes import closed_form, stop_scene
+from scenes import closed_form, stop_run, stop_scene
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
@@ -21,7 +21,7 @@ FOLDER = pathlib.Path(__file__).parent
 
 @pytest.fixture(scope="module")
 def plain():
-    return sb.simulate(stop_scene())
+    return stop_run()
 
 
 @pytest.fixture(scope="module")
@@ -101,9 +101,7 @@ def test_events_metrics_and_energies(plain):
     assert data["energy.closure"].attrs["units"] == "1"
     assert data["max_tension_lining"].item() == 20
     assert data["status"].item() == "stopped"
-    assert (
-        sb.dataset(sb.simulate(stop_scene(end=0.5)))["stopping_time"].item() == math.inf
-    )
+    assert sb.dataset(stop_run(end=0.5))["stopping_time"].item() == math.inf
 
 
 def test_walls_have_their_layers_and_depths(heated):
@@ -196,7 +194,7 @@ def test_files_give_the_same_data_set_back(result, tmp_path):
 
 
 def test_run_without_events_and_failed_run(tmp_path):
-    still = sb.simulate(stop_scene(w0=0.0, T0=0.0, end=1.0))
+    still = stop_run(w0=0.0, T0=0.0, end=1.0)
     failed = sb.simulate(stop_scene(), max_steps=8, throw=False)
     assert not [e for e in still.events if e.name != "release"]
     for one in (still, failed):

@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 from commands import call
 from helpers import all_equal, input_error
-from scenes import stop_scene
+from scenes import stop_run, stop_scene
 
 import simbrake as sb
 
@@ -59,7 +59,7 @@ def no_more_than(size):
 
 def test_on_a_full_disk_the_old_files_stay(tmp_path, capsys):
     """Of a folder all files are written or none; a link is replaced, not followed."""
-    result = sb.simulate(stop_scene())
+    result = stop_run()
     result.verdict()  # compiled before space is short: JAX keeps its programs in files
     scene = tmp_path / "scene.toml"
     file = tmp_path / "result.nc"
@@ -227,7 +227,7 @@ def test_full_output_and_the_locale_c(tmp_path):
 
 def test_without_compiling_or_the_device_it_says_so():
     with jax.disable_jit(), input_error(match="JAX_DISABLE_JIT"):
-        sb.simulate(stop_scene())
+        stop_run()
     asked = os.environ | {"JAX_PLATFORMS": "cuda", "JAX_COMPILATION_CACHE_DIR": ""}
     done = command("run", SCENE, env=asked)
     _, err = done.communicate(timeout=300)
@@ -239,7 +239,7 @@ def test_four_threads_at_once():
     prepared = sb.prepare(stop_scene(n=7), ["stopping_time"])
 
     def times(speed):
-        single = float(sb.simulate(stop_scene(w0=speed, n=7)).stopping_time)
+        single = float(stop_run(w0=speed, n=7).stopping_time)
         return single, prepared({SPEED: speed}).metrics["stopping_time"]
 
     with ThreadPoolExecutor(4) as pool:
@@ -248,7 +248,7 @@ def test_four_threads_at_once():
 
 def _forked(pipe, prepared):
     calls = (
-        lambda: sb.simulate(stop_scene()),
+        lambda: stop_run(),
         prepared,
         lambda: sb.ensemble(stop_scene(), {SPEED: [1.0]}),
     )

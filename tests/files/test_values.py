@@ -10,7 +10,7 @@ import pytest
 import staged_scenes
 from heat_scenes import fading, layered_stop, lump, rigid_stop
 from helpers import all_equal, all_near, faults_of, input_error, near, paths_of
-from scenes import stop_scene
+from scenes import stop_run, stop_scene
 
 import simbrake as sb
 
@@ -101,7 +101,7 @@ def test_numbers_put_in_later_are_checked():
     assert times[0] == times[1] == times[2]
     near(
         times[0],
-        2400.0 / 800.0 * float(sb.simulate(stop_scene(C=None)).stopping_time),
+        2400.0 / 800.0 * float(stop_run(C=None).stopping_time),
         1e-9,
     )
     for bad in (-1.0, "1200", float("inf")):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from commands import call
 from helpers import input_error, near
-from scenes import replaced, stop_scene
+from scenes import replaced, stop_run, stop_scene
 from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, R, rigid
 
 import simbrake as sb
@@ -128,9 +128,7 @@ def test_lever_near_its_maximum_is_amber(part, colour, state):
     """Below a margin of 10 %, and below a reserve of 1.25 of its greatest pull."""
     pull = LOAD / (R * (PI - 1))
     most = pull / part
-    said = sb.simulate(
-        stop_scene(C=None, lever=sb.SpeedHold(most), load=LOAD, end=3.0)
-    ).verdict(AMPLE)
+    said = stop_run(C=None, lever=sb.SpeedHold(most), load=LOAD, end=3.0).verdict(AMPLE)
     (row,) = [row for row in said.rows if row.name.startswith("Slack tension")]
     assert (said.colour, row.state, said.reason) == (colour, state, "L1")
     near(said.numbers["reserve"], 1 / part, 1e-9)

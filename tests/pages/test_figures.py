@@ -26,7 +26,7 @@ from picture_scenes import (
     small_stop,
     staged_result,
 )
-from scenes import replaced, stop_scene
+from scenes import replaced, stop_run
 
 import simbrake as sb
 from simbrake import plot
@@ -174,7 +174,7 @@ def test_labels_of_wide_wraps_and_many_linings_lie_apart(count, wrap):
 
 def test_rest_of_a_pulley_is_relative_to_its_run():
     """Half of a stop from 1e-6 rad/s."""
-    result = sb.simulate(stop_scene(n=4, beta=60.0, C=None, T0=4e-4, w0=1e-6))
+    result = stop_run(n=4, beta=60.0, C=None, T0=4e-4, w0=1e-6)
     texts = plot.pulley(result, result.metrics["stopping_time"] / 2).axes[0].texts
     assert "$\\omega$\n5·10⁻⁷\nrad/s" in [text.get_text() for text in texts]
 

@@ -11,7 +11,7 @@ import re
 import pytest
 from commands import call
 from helpers import all_equal, faults_of
-from scenes import stop_scene
+from scenes import stop_run, stop_scene
 
 import simbrake as sb
 
@@ -47,7 +47,7 @@ class Page(html.parser.HTMLParser):
 
 @pytest.fixture(scope="module")
 def run():
-    return sb.simulate(stop_scene(load=300.0, T0=8e3))
+    return stop_run(load=300.0, T0=8e3)
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from picture_scenes import (
     staged_result,
     wedges,
 )
-from scenes import lining_ratio, stop_scene
+from scenes import lining_ratio, stop_run, stop_scene
 
 import simbrake as sb
 from simbrake import plot
@@ -96,7 +96,7 @@ def test_load_and_mass_of_a_duty():
     """A string of 60 t comes onto 8 t of hook and block after 0.2 s."""
     given = {"drum_radius": 0.4, "line_count": 8, "count": 2}
     load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, **given)
-    run = sb.simulate(stop_scene(n=4, C=None, T0=0.0, w0=3.0, load=load, end=1.0))
+    run = stop_run(n=4, C=None, T0=0.0, w0=3.0, load=load, end=1.0)
     torque, mass = (axes.lines[0] for axes in plot.duty(run).axes[1:])
     t, drawn = mass.get_data()
     apart = np.abs(t - 0.2) > 1e-9
@@ -110,7 +110,7 @@ def test_mass_on_the_hook_whatever_layer_pays_out():
     rope = sb.loads.RopeLayers("30 mm", 5, 14)
     given = {"drum_radius": 0.4, "line_count": 8, "count": 1, "rope": rope}
     load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 80.0, 100.0, **given)
-    run = sb.simulate(stop_scene(n=4, C=None, T0=0.0, w0=20.0, load=load, end=1.5))
+    run = stop_run(n=4, C=None, T0=0.0, w0=20.0, load=load, end=1.5)
     assert len({*run.series(np.linspace(0.3, 1.5, 50)).rope_layer}) > 1
     t, drawn = plot.panels.hook_mass(run).lines[0].get_data()
     all_near(drawn[t > 0.21], 68.0, 1e-12)
@@ -176,7 +176,7 @@ def test_short_applications_are_seen_on_a_long_map():
     tenths of a second."""
     cycle = ([0.0, 1.0, 1.0, 1.3, 1.3, 50.0], [0.0, 0.0, 8e3, 8e3, 2e3, 2e3])
     lever = sb.Repeated(*cycle, "50 s", 20)
-    run = sb.simulate(stop_scene(n=4, C=None, lever=lever, w0=0.0, load=200.0, end=1e3))
+    run = stop_run(n=4, C=None, lever=lever, w0=0.0, load=200.0, end=1e3)
     assert len(run.stops) == 20
     axes = plot.lining_map(run, "normal_load").axes[0]
     last = np.asarray(axes.collections[0].get_array())[-1]
@@ -399,7 +399,7 @@ def test_what_a_figure_cannot_draw():
         (plot.pulley, (plain, 99.0)),
         (plot.pulley, (plain, math.nan)),
         (plot.depth, (plain,)),
-        (plot.stops, (sb.simulate(stop_scene(T0=0.0, C=None)),)),
+        (plot.stops, (stop_run(T0=0.0, C=None),)),
         (plot.compare, ([plain],)),
         (sb.layouts.figures.angles, ({"in degrees": np.full(10, 27.0)},)),
     ):

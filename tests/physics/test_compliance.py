@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_near, near
-from scenes import closed_form, stop_scene
+from scenes import closed_form, stop_run, stop_scene
 from scipy.integrate import quad
 
 import simbrake as sb
@@ -200,7 +200,7 @@ def test_geometry_equals_its_stiffness_value():
     # two equal bands are one of twice the stiffness, half the tension in each
     pair = stop_scene(C=sb.brakes.ParallelBands((plates(modulus=5e8),) * 2))
     all_near(sb.brakes.tension_shares(pair.brake), [0.5, 0.5], 4e-16)  # two roundings
-    twice = float(sb.simulate(stop_scene(C=2 * C)).stopping_time)
+    twice = float(stop_run(C=2 * C).stopping_time)
     near(sb.simulate(pair).stopping_time, twice, 1e-14)
     assert sb.brakes.stiffness_of(stop_scene(C=None).brake) is None
 

@@ -11,7 +11,7 @@ import pytest
 from chain_scenes import chain, first_and_stop
 from heat_scenes import BETA, T0, J, N, R
 from helpers import all_near, jacobians, near
-from scenes import lining_ratio, stop_scene
+from scenes import lining_ratio, stop_run, stop_scene
 from scipy.integrate import quad
 from staged_scenes import stop as staged_stop
 
@@ -196,7 +196,7 @@ def test_two_tied_breakpoints_at_rest(C):
     )
     # neither change by itself would leave it at rest
     assert ratio_and_slope(0.35)[0] * 4e3 * R < 20e3
-    result = sb.simulate(stop_scene(C=C, w0=0.0, lever=lever, load=load, end=3.1))
+    result = stop_run(C=C, w0=0.0, lever=lever, load=load, end=3.1)
     assert [(e.name, e.time) for e in result.events] == [("release", 3.0)]
     near(result.record.y_end.omega, 20e3 * 0.1 / J, 1e-12)
 

@@ -17,7 +17,7 @@ from disc_scenes import FADE, disc_scene
 from goldens import assert_refused
 from heat_scenes import fading, lump, rigid_stop
 from material_scenes import compared
-from scenes import replaced, stop_scene
+from scenes import replaced, stop_run, stop_scene
 from shoe_scenes import shoe_scene
 
 import simbrake as sb
@@ -164,7 +164,7 @@ CASES = {
         staged_scenes.stop(preload=np.full(3, 100.0), f_ext=3.6),
         staged_scenes.stop(heat=lump(1e3, linings=1e3), inner=fading()),
         *(
-            lambda name=name: getattr(sb.simulate(stop_scene()), name)
+            lambda name=name: getattr(stop_run(), name)
             for name in (
                 "internal_slip_time",
                 "stages",
@@ -334,7 +334,7 @@ CASES = {
     ],
     "times": [
         *(
-            lambda times=times: sb.simulate(stop_scene()).series(times)
+            lambda times=times: stop_run().series(times)
             for times in ([-1.0, 99.0], [math.nan], [], [[1.0]], "soon")
         ),
     ],

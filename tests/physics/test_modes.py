@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bandage_scenes import profile
 from helpers import all_near, changes_of, closes, input_error, near
-from scenes import GAIN, PI, closed_form, stop_scene
+from scenes import GAIN, PI, closed_form, stop_run, stop_scene
 
 import simbrake as sb
 
@@ -39,7 +39,7 @@ def test_a_held_brake_does_not_move_at_all(stiffness, share):
 
 
 def test_hold_after_a_stop_is_exact():
-    result = sb.simulate(stop_scene(load=0.3 * HOLD, end=3600.0))
+    result = stop_run(load=0.3 * HOLD, end=3600.0)
     s = result.series(np.linspace(float(result.stopping_time), 3600.0, 50))
     assert np.all(np.asarray(s.omega) == 0.0)
     assert np.ptp(np.asarray(s.phi)) == 0.0
@@ -152,7 +152,7 @@ def test_lever_ramp_from_exactly_zero(r, status):
 
 def test_lever_draws_a_slack_band_at_rest():
     """x := T_0/(Π_s C); lever work less elastic energy is heat."""
-    result = sb.simulate(stop_scene(w0=0.0, end=1.0))
+    result = stop_run(w0=0.0, end=1.0)
     x = 8e3 / (PI * 2e5)
     near(result.record.y_end.own.x, x, 1e-13)
     e = result.energy
@@ -164,7 +164,7 @@ def test_speed_through_zero():
     """The load stops the pulley before full slip and drives it back, until the band
     slides the other way."""
     low = -0.725 * 8e3 * (1 - 1 / PI)
-    result = sb.simulate(stop_scene(load=2 * low, w0=3.0, end=3.0))
+    result = stop_run(load=2 * low, w0=3.0, end=3.0)
     assert changes_of(result) == ["slip_onset", "reversal", "full_slip"]
     assert int(result.record.mode_end.band) == sb.results.BandMode.SLIP_BACK
     end = result.record.y_end
@@ -195,7 +195,7 @@ def test_short_pulse_of_the_load_is_noticed():
             HOLD,
         )
     )
-    result = sb.simulate(stop_scene(w0=0.0, C=None, end=3600.0, load=load))
+    result = stop_run(w0=0.0, C=None, end=3600.0, load=load)
     assert changes_of(result)[:2] == ["restart", "full_slip"]
     expected = 1800 - 60 * math.sqrt(math.log(1.2))
     near(result.events[0].time, expected, 1e-9)
@@ -208,8 +208,8 @@ def test_a_lining_that_locks_itself():
     with input_error(
         match=r"lining 20: f·tan\(β/2\) = 1.065 ≥ 1, the band is self-locking"
     ):
-        sb.simulate(stop_scene(C=None, law=law))
-    result = sb.simulate(stop_scene(law=law, end=1.0))
+        stop_run(C=None, law=law)
+    result = stop_run(law=law, end=1.0)
     assert result.metrics["full_slip_time"] is None  # it never slips
     # as if bonded: a quarter of an oscillation from the onset
     chi = math.sqrt(2e5 * 0.725**2 / 800)

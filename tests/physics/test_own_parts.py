@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from goldens import assert_refused
 from helpers import all_near, input_error, names_of, near
-from scenes import stop_scene
+from scenes import stop_run, stop_scene
 from scipy.integrate import quad, solve_ivp
 from user_parts import AT_REST, T_0, Bump, Derived, J, R, falling, of, torque_of
 
@@ -26,13 +26,13 @@ from simbrake.friction import FrictionWithMemory, MemoryProcess
 
 def test_a_shipped_law_made_to_fall():
     """Frozen at rest it would stop the second pulley as well."""
-    result = sb.simulate(stop_scene(C=None, law=Derived(AT_REST)))
+    result = stop_run(C=None, law=Derived(AT_REST))
     stop = quad(
         lambda w: J / torque_of(falling(R * w)), 0.0, 20.0, epsabs=1e-12, epsrel=1e-12
     )[0]
     near(result.stopping_time, stop, 1e-10)
     load = 0.5 * (torque_of(AT_REST) + torque_of(falling(R * 20.0)))
-    result = sb.simulate(stop_scene(C=None, law=Derived(AT_REST), load=load))
+    result = stop_run(C=None, law=Derived(AT_REST), load=load)
     run = solve_ivp(
         lambda t, w: (load - torque_of(falling(R * w))) / J,
         (0.0, 5.0),

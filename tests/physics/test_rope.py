@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_equal, all_near, changes_of, closes, jacobians, names_of, near
-from scenes import GAIN, stop_scene
+from scenes import GAIN, stop_run, stop_scene
 
 import simbrake as sb
 from simbrake.loads import RopeLayers
@@ -127,12 +127,10 @@ def test_tripping_with_layers():
         count=1,
         rope=RopeLayers(0.04, 4.0, 9.5, rise=1.0),
     )
-    result = sb.simulate(
-        stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=7.0)
-    )
+    result = stop_run(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=7.0)
     closes(result, 1e-12)
     r = R_1 + 2 * 0.04
-    first = sb.simulate(stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=0.4))
+    first = stop_run(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=0.4)
     inertia = J + 4e3 * (r / LINES) ** 2
     fall = (10.5e3 * GAIN - 4e3 * GRAVITY * r / LINES) * 0.4 / inertia
     assert float(first.record.y_end.phi) < 3 * math.pi

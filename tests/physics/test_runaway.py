@@ -10,7 +10,7 @@ import pytest
 from disc_scenes import TORQUE, disc_scene
 from heat_scenes import fading, lump, rigid_stop
 from helpers import near
-from scenes import lining_ratio, stop_scene
+from scenes import lining_ratio, stop_run, stop_scene
 
 import simbrake as sb
 
@@ -85,7 +85,7 @@ def test_capacity_at_the_speed_of_the_end():
     law = sb.StribeckFriction(
         static_coefficient=0.35, kinetic_coefficient=0.2, stribeck_speed=30.0
     )
-    result = sb.simulate(stop_scene(law=law, C=None, load=6e4, end=0.3))
+    result = stop_run(law=law, C=None, load=6e4, end=0.3)
     v = R * float(result.record.y_end.omega)
     f = 0.2 + 0.15 * math.exp(-((v / 30.0) ** 2))
     assert 0.22 < f < 0.33
@@ -111,7 +111,7 @@ def test_chain_holds_what_its_band_does():
 @pytest.mark.slow
 def test_lever_to_pull_harder_is_no_runaway():
     def status(lever, end=0.3):
-        return sb.simulate(stop_scene(lever=lever, load=3e4, C=None, end=end)).status
+        return stop_run(lever=lever, load=3e4, C=None, end=end).status
 
     times = [0.0, 0.2, 1.0, 2.0]
     # no change is to come
@@ -152,8 +152,8 @@ def test_time_of_the_last_turn_of_a_profile(profile, time):
 
 @pytest.mark.slow
 def test_locking_and_no_load_are_no_runaway():
-    assert sb.simulate(stop_scene(f=0.0, end=0.3)).status == "not_stopped"
-    locked = sb.simulate(stop_scene(n=2, beta=100.0, f=0.9, load=1e5, w0=0.5, end=0.02))
+    assert stop_run(f=0.0, end=0.3).status == "not_stopped"
+    locked = stop_run(n=2, beta=100.0, f=0.9, load=1e5, w0=0.5, end=0.02)
     assert locked.status == "not_stopped"
     assert locked.summary()["capacity"] == {
         "load_torque": 1e5,

@@ -14,6 +14,7 @@ from scenes import (
     PI,
     closed_form,
     lining_ratio,
+    stop_run,
     stop_scene,
 )
 from scipy.integrate import solve_ivp
@@ -23,7 +24,7 @@ import simbrake as sb
 
 @pytest.fixture(scope="module")
 def stop():
-    return sb.simulate(stop_scene())
+    return stop_run()
 
 
 @pytest.mark.parametrize(
@@ -37,7 +38,7 @@ def stop():
 )
 def test_closed_forms_of_every_event(case):
     truth = closed_form(**case)
-    result = sb.simulate(stop_scene(**case, end=2 * truth["stop"]))
+    result = stop_run(**case, end=2 * truth["stop"])
     limits = result.events["lining_limit"].times
     got = [
         float(result.slip_onset_time),
@@ -62,7 +63,7 @@ def test_stop_before_slip_is_all_elastic():
     """Z-16: the band never slips, stop at t0 + π/(2χ); nothing is heated."""
     case = {"f": 0.5, "C": 5e3, "w0": 2.0}
     onset = 8e3 / (5e3 * 0.725 * 2.0)
-    result = sb.simulate(stop_scene(**case, end=10.0))
+    result = stop_run(**case, end=10.0)
     chi = math.sqrt(5e3 * 0.725**2 / 800)
     near(result.stopping_time, onset + math.pi / (2 * chi), 1e-10)
     assert result.metrics["full_slip_time"] is None
@@ -71,7 +72,7 @@ def test_stop_before_slip_is_all_elastic():
 
 
 def test_rigid_band_has_no_elastic_state():
-    result = sb.simulate(stop_scene(C=None))
+    result = stop_run(C=None)
     near(result.stopping_time, 20 * 800 / (8e3 * GAIN), 1e-12)
     assert result.record.y_end.own is None
     assert names_of(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
@@ -263,7 +264,7 @@ def test_elastic_band_heat_with_speed_law():
 
 def test_other_way_swaps_slack_and_tight():
     """Rigid band, ω < 0: torque R_b T_0 (1 − 1/Π)."""
-    result = sb.simulate(stop_scene(C=None, w0=-20.0, end=10.0))
+    result = stop_run(C=None, w0=-20.0, end=10.0)
     near(result.stopping_time, 20 * 800 / (0.725 * 8e3 * (1 - 1 / PI)), 1e-11)
     forces = result.series([0.5])
     near(forces.tight_tension[0], 8e3 / PI, 1e-12)
@@ -315,7 +316,7 @@ def test_peaks(stop):
 def test_tiny_speed_at_the_start(omega):
     """Its energy is below the least number: a stop at once, as from the least speeds
     that have one."""
-    result = sb.simulate(stop_scene(C=None, w0=omega))
+    result = stop_run(C=None, w0=omega)
     assert (result.status, result["stopping_time"]) == (
         "stopped",
         pytest.approx(0.0, abs=1e-100),

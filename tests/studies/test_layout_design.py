@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from goldens import assert_refused
 from helpers import all_equal, all_near, near
-from scenes import lining_ratio, stop_scene
+from scenes import lining_ratio, stop_run, stop_scene
 from wear_scenes import AREA, BETA, T0, W0, F, J, N, R, statics, stop
 
 import simbrake as sb
@@ -104,9 +104,7 @@ def test_lining_work_is_the_heat_in_ledger(scene):
 def test_break_away_heat_is_of_no_lining():
     n = 6
     C = 2e5
-    result = sb.simulate(
-        stop_scene(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2))
-    )
+    result = stop_run(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2))
     before, after = (
         8e3 * lining_ratio(f, math.radians(40.0)) ** n for f in (1.2 * 0.25, 0.25)
     )

@@ -26,6 +26,10 @@ STANDS = [
 ]
 
 
+def lowered(*columns, **options):
+    return sb.rig.lowerings(recording(*columns, **options))
+
+
 @pytest.mark.parametrize(
     ("kind", "name"), [("fine", "a.csv"), ("decimated", "a.las"), ("held", "a.xml")]
 )
@@ -80,7 +84,7 @@ def test_bounds_by_lowest_and_highest_loads(tmp_path):
         "HKLD_MIN": ("kN", [piece.min() for piece in pieces[: rows.size]]),
         "HKLD_MAX": ("kN", [piece.max() for piece in pieces[: rows.size]]),
     }
-    result = sb.rig.lowerings(recording(tmp_path, t[rows], h[rows], load[rows], **ends))
+    result = lowered(tmp_path, t[rows], h[rows], load[rows], **ends)
     assert "bounds" in result.interval_by
     for one, (begin, end, *_) in zip(result.lowerings, true, strict=True):
         inside = (t >= begin) & (t <= end)
@@ -104,15 +108,13 @@ def test_work_of_a_load_that_grows_with_the_travel(tmp_path):
     """Trapezoids are exact where load and height are straight lines:
     `∫ (F + k x) dx = F L + k L²/2`."""
     t, h, load = shape((40, 0), (40, -20), (60, 0))
-    (one,) = sb.rig.lowerings(
-        recording(tmp_path, t, h, load + 1e4 * (40.0 - h))
-    ).lowerings
+    (one,) = lowered(tmp_path, t, h, load + 1e4 * (40.0 - h)).lowerings
     true = 5e5 * 20.0 + 1e4 * 20.0**2 / 2
     near(one.hook_work, true, 1e-9)
     # the load is that of 1 s before: half an interval of the rows, which the interval
     # of the work allows for
     late = np.interp(t - 1.0, t, load + 1e4 * (40.0 - h))
-    (one,) = sb.rig.lowerings(recording(tmp_path, t, h, late)).lowerings
+    (one,) = lowered(tmp_path, t, h, late).lowerings
     assert one.hook_work_low < true < one.hook_work_high
     assert one.hook_work < 0.995 * true
 
@@ -129,9 +131,7 @@ def test_intervals_hold_the_work_of_rare_and_coarse_readings(tmp_path, step, gri
     t, h, load, true = trip(stands)
     load = load * (1 + 0.03 * np.sin(0.4 * t))
     rows = np.arange(0, t.size, round(step / 0.02))
-    result = sb.rig.lowerings(
-        recording(tmp_path, t[rows], np.round(h[rows] / grid) * grid, load[rows])
-    )
+    result = lowered(tmp_path, t[rows], np.round(h[rows] / grid) * grid, load[rows])
     inside = []
     width = []
     for one, (begin, end, *_) in zip(result.lowerings, true, strict=True):
@@ -187,7 +187,7 @@ def test_clocks_that_differ_are_told(tmp_path, ahead):
     ],
 )
 def test_pauses_heave_and_ends(tmp_path, pieces, travels):
-    result = sb.rig.lowerings(recording(tmp_path, *shape(*pieces)))
+    result = lowered(tmp_path, *shape(*pieces))
     near([one.travel for one in result.lowerings], travels, abs=0.05)
     all_near([one.hook_work for one in result.lowerings], 5e5 * np.array(travels), 0.01)
 
@@ -203,7 +203,7 @@ def test_top_speed_of_heights_that_are_held(tmp_path, row, held):
     height = np.interp(
         read, [60, 70, 110, 120, 130, 140, 180, 190], [40, 38, 6, 4, 4, 6, 38, 40]
     )
-    result = sb.rig.lowerings(recording(tmp_path, t, height.round(3), 5e5 + 0.0 * t))
+    result = lowered(tmp_path, t, height.round(3), 5e5 + 0.0 * t)
     assert len(result) == 8
     all_near([one.top_speed for one in result.lowerings], 0.8, 0.03)
 
@@ -215,9 +215,7 @@ def test_drilling_is_no_lowering(tmp_path, speed, row, step):
     shows steps."""
     t = np.arange(0.0, 100.0 + 26.0 / speed, row)
     h = 40.0 - np.interp(t, [40, 56, 56 + 26.0 / speed], [0, 8, 34])
-    (one,) = sb.rig.lowerings(
-        recording(tmp_path, t, (h / step).round() * step, 1e6 + 0.0 * t)
-    ).lowerings
+    (one,) = lowered(tmp_path, t, (h / step).round() * step, 1e6 + 0.0 * t).lowerings
     near(one.travel, 8.0, abs=0.4)
     near(one.duration, 16.0, abs=10.0)
 
@@ -233,7 +231,7 @@ def test_a_jump_within_a_lowering_is_flagged(tmp_path, row, jump, flags):
     h = np.interp(t, [40, 46, 58, 64, 70, 76], [40, 37.5, 32, 25, 22, 19.5])
     if jump:
         h = np.interp(t, [40, 68], [36, 12]) - jump * (t > 54)
-    (one,) = sb.rig.lowerings(recording(tmp_path, t, h, 5e5 + 0.0 * t)).lowerings
+    (one,) = lowered(tmp_path, t, h, 5e5 + 0.0 * t).lowerings
     assert one.flags == flags
 
 
@@ -269,9 +267,7 @@ def test_states_and_the_log_s_own_codes(tmp_path):
     load[(t > 1) & (t < 20)] = 1e5
     codes = np.full(t.size, 99.0)
     columns = {"RIGACTIVITYCODE": ("", codes[::20])}
-    result = sb.rig.lowerings(
-        recording(tmp_path, t[::20], h[::20], load[::20], **columns)
-    )
+    result = lowered(tmp_path, t[::20], h[::20], load[::20], **columns)
     assert {one.activity for one in result.lowerings} == {"99"}
     words = np.array(sb.rig.STATES)[result.state]
     assert set(words[(t[::20] > 4) & (t[::20] < 18)]) == {"slack"}
@@ -292,8 +288,8 @@ def test_a_stand_in_the_elevators_is_not_the_block(tmp_path, stand):
         [BLOCK + stand * np.array([0, 0, 1, n, n]) for n in range(1, 6)]
     )
     noise = np.random.default_rng(4).normal(1.0, 0.005, t.size)
-    result = sb.rig.lowerings(
-        recording(tmp_path, t, h, loads[np.searchsorted(ends, t, side="right")] * noise)
+    result = lowered(
+        tmp_path, t, h, loads[np.searchsorted(ends, t, side="right")] * noise
     )
     near(result.tare.value, BLOCK, 0.01)
     assert 0.98 * BLOCK < result.tare.low < result.tare.high < 1.02 * BLOCK
@@ -306,7 +302,7 @@ def test_a_stand_in_the_elevators_is_not_the_block(tmp_path, stand):
 
 
 def test_one_level_is_not_decidable(tmp_path):
-    result = sb.rig.lowerings(recording(tmp_path, *ONCE))
+    result = lowered(tmp_path, *ONCE)
     assert not result.decidable
     assert {one.kind for one in result.lowerings} == {"not decidable"}
 
@@ -334,9 +330,7 @@ def test_a_gap_is_told_and_a_lowering_that_it_cuts_left_out(
     t, h, load, true = trip(STANDS)
     rows, height, force = sampled(t, h, load, kind, np.random.default_rng(1))
     kept = (rows < begin) | (rows > end)
-    result = sb.rig.lowerings(
-        recording(tmp_path, rows[kept], height[kept], force[kept])
-    )
+    result = lowered(tmp_path, rows[kept], height[kept], force[kept])
     whole = [one for i, one in enumerate(true) if i not in lost]
     near(
         [one.travel for one in result.valid],
@@ -416,8 +410,8 @@ def test_energies_at_hook_and_drum(tmp_path):
     """Against the balance by hand: a string and an empty block, eight lines on a drum
     of 0.4 m."""
     t, h, load, true = trip(STANDS)
-    found = sb.rig.lowerings(
-        recording(tmp_path, *sampled(t, h, load, "decimated", np.random.default_rng(2)))
+    found = lowered(
+        tmp_path, *sampled(t, h, load, "decimated", np.random.default_rng(2))
     )
     given = {
         "lines": 8,
