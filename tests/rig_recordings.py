@@ -141,13 +141,18 @@ def written(folder, name, text, encoding="utf-8"):
     return file
 
 
+def log_of(*file, **more):
+    """What is read of a file that is written."""
+    return sb.rig.read(written(*file, **more))
+
+
 WRITERS = {"a.xml": witsml, "a.las": las, "a.csv": table}
 
 
 def recording(folder, t, height, load, name="a.xml", **other):
     """What is read of a file of heights (m) and hook loads (N)."""
     columns = {"BPOS": ("m", height), "HKLD": ("kN", load), **other}
-    return sb.rig.read(written(folder, name, WRITERS[name](t, columns)))
+    return log_of(folder, name, WRITERS[name](t, columns))
 
 
 def values(columns, name):
@@ -244,5 +249,5 @@ def comparison():
     )
     columns = {"BPOS": ("m", h[::20].round(3)), "HKLD": ("kN", load[::20])}
     with tempfile.TemporaryDirectory() as folder:
-        log = sb.rig.read(written(Path(folder), "a.xml", witsml(t[::20], columns)))
+        log = log_of(Path(folder), "a.xml", witsml(t[::20], columns))
     return sb.rig.compare(sb.rig.replay(log, scene))

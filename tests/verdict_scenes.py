@@ -29,6 +29,10 @@ def rigid(load=LOAD, *, lever=(T0,) * 4, w0=W0, end=4.0, **parts):
     return stop_scene(C=None, w0=w0, end=end, **parts)
 
 
+def rigid_run(*load, **parts):
+    return sb.simulate(rigid(*load, **parts))
+
+
 def two_stops(again, end):
     """Released at 2 s and braked anew at the time `again`."""
     lever = sb.PiecewiseLinear(

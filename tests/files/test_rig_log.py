@@ -12,7 +12,17 @@ import numpy as np
 import pytest
 from goldens import assert_refused
 from helpers import all_equal, all_near, faults_of, input_error, near
-from rig_recordings import SMALL, TIMES, las, stamp, table, values, witsml, written
+from rig_recordings import (
+    SMALL,
+    TIMES,
+    las,
+    log_of,
+    stamp,
+    table,
+    values,
+    witsml,
+    written,
+)
 
 import simbrake as sb
 
@@ -79,7 +89,7 @@ FILES = {
 
 @pytest.mark.parametrize("name", FILES)
 def test_every_format_gives_the_same_log(tmp_path, name):
-    log = sb.rig.read(written(tmp_path, *FILES[name]))
+    log = log_of(tmp_path, *FILES[name])
     all_near(log.t, TIMES)
     for role, column in (
         ("block_position", "BPOS"),
@@ -94,12 +104,10 @@ def test_every_format_gives_the_same_log(tmp_path, name):
 
 def test_clock_passes_midnight_and_time_zones(tmp_path):
     times = [0.0, 400.0, 800.0, 1200.0, 1600.0]
-    log = sb.rig.read(written(tmp_path, "a.csv", table(times, SMALL, time="clock")))
+    log = log_of(tmp_path, "a.csv", table(times, SMALL, time="clock"))
     all_near(log.t, times)
     zoned = table(TIMES, SMALL).replace("T23:50:0", "T23:50:0").replace("Z,", "+02:00,")
-    assert (
-        sb.rig.read(written(tmp_path, "b.csv", zoned)).start == "2026-03-01T21:50:00Z"
-    )
+    assert log_of(tmp_path, "b.csv", zoned).start == "2026-03-01T21:50:00Z"
 
 
 def test_held_values_are_updates(tmp_path):
@@ -109,7 +117,7 @@ def test_held_values_are_updates(tmp_path):
     true = 40.0 - np.clip(t - 60.0, 0.0, 30.0)
     held = true[(np.arange(t.size) // 3) * 3]
     columns = {"BPOS": ("m", held), "HKLD": ("kN", 9e5 + 1e3 * np.sin(t))}
-    log = sb.rig.read(written(tmp_path, "a.xml", witsml(t, columns)))
+    log = log_of(tmp_path, "a.xml", witsml(t, columns))
     position = log.position
     assert position.held
     near(position.interval, 6.0)
@@ -125,16 +133,16 @@ def test_repeated_times_gaps_and_reversed_rows(tmp_path):
     t = np.concatenate([np.arange(0.0, 60.0, 2.0), np.arange(200.0, 260.0, 2.0)])
     t[5] = t[4]
     columns = {"BPOS": ("m", 30.0 - 0.1 * t), "HKLD": ("kN", 9e5 + t)}
-    log = sb.rig.read(written(tmp_path, "a.xml", witsml(t, columns)))
+    log = log_of(tmp_path, "a.xml", witsml(t, columns))
     all_near(log.gaps, [[58.0, 200.0]])
     assert log.repeated == 1
     near(log["HKLD"].value[4], 9e5 + t[5])
     turned = {name: (unit, x[::-1]) for name, (unit, x) in columns.items()}
-    back = sb.rig.read(written(tmp_path, "b.xml", witsml(t[::-1], turned)))
+    back = log_of(tmp_path, "b.xml", witsml(t[::-1], turned))
     assert np.all(np.diff(back["BPOS"].value) < 0)
     whole = {"BPOS": ("m", np.arange(40.0, 0.0, -1)), "HKLD": ("kN", 9e5 * np.ones(40))}
     text = table(np.arange(40) // 4 * 1.0, whole, time="clock")
-    coarse = sb.rig.read(written(tmp_path, "c.csv", text))
+    coarse = log_of(tmp_path, "c.csv", text)
     all_near(coarse.t, 0.25 * np.arange(40))
 
 
@@ -335,9 +343,7 @@ MD.M : depth
     ],
 )
 def test_las_3(tmp_path, dlm, sep, head, rows):
-    log = sb.rig.read(
-        written(tmp_path, "a.las", LAS3.format(dlm=dlm, sep=sep, head=head, rows=rows))
-    )
+    log = log_of(tmp_path, "a.las", LAS3.format(dlm=dlm, sep=sep, head=head, rows=rows))
     assert log.start == "2020-02-03T10:00:00"
     all_equal(log.t, [0.0, 2.0, 4.0])
     all_equal(log["block_position"].value, [30.0, 29.5, 29.0])
@@ -346,12 +352,10 @@ def test_las_3(tmp_path, dlm, sep, head, rows):
 
 def test_compensated_position_is_told(tmp_path):
     columns = {"BLOCKCOMP": SMALL["BPOS"], "HKLD": SMALL["HKLD"]}
-    log = sb.rig.read(written(tmp_path, "a.xml", witsml(TIMES, columns)))
+    log = log_of(tmp_path, "a.xml", witsml(TIMES, columns))
     assert log.compensated
-    both = sb.rig.read(
-        written(
-            tmp_path, "b.xml", witsml(TIMES, {**columns, "BLOCKUCOMP": SMALL["BPOS"]})
-        )
+    both = log_of(
+        tmp_path, "b.xml", witsml(TIMES, {**columns, "BLOCKUCOMP": SMALL["BPOS"]})
     )
     assert (both.compensated, both.position.mnemonic) == (False, "BLOCKUCOMP")
 
@@ -428,9 +432,7 @@ DAMAGED = [
 
 def test_damaged_files_are_errors_in_words(tmp_path, monkeypatch, request):
     monkeypatch.chdir(tmp_path)
-    files = (
-        lambda text=text: sb.rig.read(written(HERE, "a.txt", text)) for text in DAMAGED
-    )
+    files = (lambda text=text: log_of(HERE, "a.txt", text) for text in DAMAGED)
     assert_refused(request, "rig_logs", files)
 
 
@@ -460,7 +462,7 @@ def test_all_errors_at_once(tmp_path):
 
 def test_cells_that_are_no_numbers_are_told(tmp_path):
     text = CSV.replace("880.0", "Bad Input").replace("910.0\n", f"910.0\n{stamp(10)}\n")
-    log = sb.rig.read(written(tmp_path, "a.csv", text))
+    log = log_of(tmp_path, "a.csv", text)
     assert log["HKLD"].nulls == 2
     assert any(
         "1 cells are no numbers ('Bad Input' in line 4)" in guess
@@ -475,10 +477,10 @@ def test_cells_that_are_no_numbers_are_told(tmp_path):
 def test_a_file_that_is_cut_inside_its_last_number(tmp_path, end):
     """91 of 910 kN may be the reading: it is read, and told; not with a line end more."""
     text = CSV.replace("\n", end)
-    log = sb.rig.read(written(tmp_path, "a.csv", text[: -len(f"0.0{end}")]))
+    log = log_of(tmp_path, "a.csv", text[: -len(f"0.0{end}")])
     assert (log.t.size, log["HKLD"].value[-1]) == (5, 91e3)
     assert any("the last, has no end" in guess for guess in log.guesses)
-    whole = sb.rig.read(written(tmp_path, "a.csv", text))
+    whole = log_of(tmp_path, "a.csv", text)
     assert whole["HKLD"].value[-1] == 910e3
     assert not any("has no end" in guess for guess in whole.guesses)
 
@@ -491,7 +493,7 @@ def test_activities_in_words(tmp_path, name):
         .replace(",m,kN", ",m,kN,")
     )
     text = re.sub(r"(\d\.0|-999\.25)(?=\n|</data>)", r"\1,Trip in", text)
-    activity = sb.rig.read(written(tmp_path, name, text))["activity"]
+    activity = log_of(tmp_path, name, text)["activity"]
     assert activity.words == ("Trip in",)
     assert activity.nulls == 0
 

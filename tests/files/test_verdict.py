@@ -11,7 +11,7 @@ import pytest
 from commands import call
 from helpers import input_error, near
 from scenes import replaced, stop_run, stop_scene
-from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, R, rigid
+from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, R, rigid, rigid_run
 
 import simbrake as sb
 from simbrake.results import limit_checks
@@ -27,7 +27,7 @@ def check_of(name, result, limits):
 
 @pytest.fixture(scope="module")
 def stop():
-    return sb.simulate(rigid())
+    return rigid_run()
 
 
 # --- margins and colours ------------------------------------------------------------
@@ -80,7 +80,7 @@ def test_least_reserve_where_no_load_is_held():
 
 def test_limit_of_a_motion_in_either_sense():
     """A load thrown up travels as far as one that comes down."""
-    up = sb.simulate(rigid(w0=-W0))
+    up = rigid_run(w0=-W0)
     angle = up["stopping_angle"]
     said = up.verdict({"stopping_angle": -0.99 * angle, **AMPLE})
     row = said.rows[0]
@@ -98,7 +98,7 @@ def test_limit_of_a_motion_in_either_sense():
 )
 def test_hold_at_the_limit(load, colour, state):
     """No row is exceeded in a verdict that is not red."""
-    said = sb.simulate(rigid(load * TORQUE, w0=0.0, end=0.1)).verdict(AMPLE)
+    said = rigid_run(load * TORQUE, w0=0.0, end=0.1).verdict(AMPLE)
     rows = [row.state for row in said.rows if row.name.startswith("Holding")]
     assert (said.colour, rows) == (colour, [state])
 
@@ -110,9 +110,9 @@ def test_notebook_shows_a_run_with_heat():
 def test_open_brake_at_the_end_is_no_pass():
     """Let go after its stop, the load speeds up again; or a brake that never was
     closed."""
-    said = sb.simulate(rigid(lever=(T0, T0, 0.0, 0.0), end=2.5)).verdict()
+    said = rigid_run(lever=(T0, T0, 0.0, 0.0), end=2.5).verdict()
     assert (said.colour, said.reason, said.wants) == ("amber", "H5", "released")
-    free = sb.simulate(rigid(lever=(0.0,) * 4, end=0.5)).verdict()
+    free = rigid_run(lever=(0.0,) * 4, end=0.5).verdict()
     assert (free.colour, free.reason, free.wants) == ("red", "X1", "free")
 
 
@@ -156,7 +156,7 @@ def test_temperature_margin_is_of_the_rise():
 
 @pytest.mark.parametrize(("reserve", "colour"), [(1.2, "amber"), (1.3, "green")])
 def test_small_holding_reserve_is_amber(reserve, colour):
-    said = sb.simulate(rigid(TORQUE / reserve, w0=1.0)).verdict(AMPLE)
+    said = rigid_run(TORQUE / reserve, w0=1.0).verdict(AMPLE)
     assert said.colour == colour
     row = said.rows[0]
     assert row.value.startswith(f"{reserve:g} (at ")
@@ -164,29 +164,27 @@ def test_small_holding_reserve_is_amber(reserve, colour):
 
 
 def test_a_brake_just_too_weak_is_not_told_as_strong_enough():
-    said = sb.simulate(rigid(TORQUE / 0.9999, w0=1.0)).verdict()
+    said = rigid_run(TORQUE / 0.9999, w0=1.0).verdict()
     assert "gives 0.9999 of the load's torque" in said.sentence
 
 
 def test_breaking_away_is_red_and_letting_go_amber():
-    let_go = sb.simulate(rigid(lever=(T0, T0, T0, 0.0), w0=1.0, end=9.5))
+    let_go = rigid_run(lever=(T0, T0, T0, 0.0), w0=1.0, end=9.5)
     near(let_go.metrics["min_holding_reserve"], TORQUE / LOAD)
     said = let_go.verdict()
     assert (said.colour, said.reason) == ("amber", "H5")
     near(said.numbers["reserve"], TORQUE / LOAD)
-    eased = sb.simulate(rigid(lever=(T0, T0, T0, 0.0), w0=1.0, end=8.9)).verdict()
+    eased = rigid_run(lever=(T0, T0, T0, 0.0), w0=1.0, end=8.9).verdict()
     assert (eased.colour, eased.reason) == ("red", "H1")
     near(eased.numbers["reserve"], 1.0, abs=1e-9)
-    torn = sb.simulate(
-        rigid((LOAD, LOAD, 1.01 * TORQUE, 1.01 * TORQUE), w0=1.0, end=2.5)
-    )
+    torn = rigid_run((LOAD, LOAD, 1.01 * TORQUE, 1.01 * TORQUE), w0=1.0, end=2.5)
     said = torn.verdict()
     assert said.colour == "red"
     assert [row.state for row in said.rows if row.name.startswith("Holding")] == [
         "exceeded"
     ]
     # it breaks away at 1, and at the end the load is heavier
-    heavier = sb.simulate(rigid((LOAD, LOAD, LOAD, 2 * TORQUE), w0=0.0, end=9.0))
+    heavier = rigid_run((LOAD, LOAD, LOAD, 2 * TORQUE), w0=0.0, end=9.0)
     (row,) = [row for row in heavier.verdict().rows if row.name.startswith("Holding")]
     assert row.value == "0.5 (at the end, if the lever pulls with 8 kN)"
 
@@ -224,12 +222,12 @@ def test_reserve_of_an_eased_lever():
 
 
 def test_runs_that_end_turning():
-    away = sb.simulate(rigid(1.25 * TORQUE, end=0.5))
+    away = rigid_run(1.25 * TORQUE, end=0.5)
     assert (away.verdict().colour, away.verdict().reason) == ("red", "S3")
     rows = {row.name.split()[0]: row for row in away.verdict().rows}
     assert rows["Holding"].state == "exceeded"
     assert away.summary()["duty"] == "runaway"
-    short = sb.simulate(rigid(end=0.2))
+    short = rigid_run(end=0.2)
     said = short.verdict()
     assert (said.colour, said.reason, said.fails, short.summary()["duty"]) == (
         "amber",
@@ -239,7 +237,7 @@ def test_runs_that_end_turning():
     )
     # the load brakes as well, and pulls back later: backwards the band gives
     # `T_0 (1 − 1/Π)`
-    helped = sb.simulate(rigid(-LOAD, end=0.2)).verdict()
+    helped = rigid_run(-LOAD, end=0.2).verdict()
     assert (helped.colour, helped.reason) == ("red", "S1")
     near(helped.numbers["load_torque"], -LOAD)
     near(helped.numbers["sliding_over_load"], R * T0 * (1 - 1 / PI) / LOAD, 1e-9)
@@ -249,7 +247,7 @@ def test_runs_that_end_turning():
 
 
 def test_limits_of_the_scene_are_evaluated(tmp_path, capsys):
-    scene = sb.simulate(rigid()).scene
+    scene = rigid_run().scene
     band = sb.Band(R, strength=sb.brakes.Strength(band_area=2e-4, band_stress=150e6))
     scene = sb.Scene(
         sb.Brake(scene.brake.pulley, band, scene.brake.linings),
@@ -348,7 +346,7 @@ def test_permissible_pressure_is_a_limit():
 
 
 def test_limit_on_what_did_not_happen(stop):
-    turning = sb.simulate(rigid(end=0.2))
+    turning = rigid_run(end=0.2)
     failed = sb.simulate(rigid(), max_steps=2, throw=False)
     for result, verdict, note in (
         (turning, "exceeded", "did not happen in this run"),

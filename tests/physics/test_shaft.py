@@ -36,6 +36,10 @@ def scene(*laws, load=0.0, T0=0.0, w0=W0, end=30.0, C=None, **given):
     )
 
 
+def run_of(*laws, **given):
+    return sb.simulate(scene(*laws, **given))
+
+
 def balanced(result):
     """The balances of energy and heat close."""
     energy = result.energy
@@ -65,9 +69,7 @@ def test_stop_on_three_laws_and_derivatives():
         )
 
     all_near(jax.jit(jax.jacrev(run))(given), jax.grad(closed)(given), 1e-7)
-    result = sb.simulate(
-        scene(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0))
-    )
+    result = run_of(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0))
     assert (result.status, names_of(result)) == ("stopped", ["stop"])
     near(result.stopping_time, closed(given), 1e-9)
     energy = balanced(result)
@@ -99,7 +101,7 @@ def test_eddy_current_brake_after_kloss():
     first = time(0.5, W0, slow)
     second = time(1.0, slow, 3.0)
     e = sb.PiecewiseLinear([first, first], [0.5, 1.0])
-    result = sb.simulate(scene(EddyCurrentBrake(M_m, w_m, e), end=first + second))
+    result = run_of(EddyCurrentBrake(M_m, w_m, e), end=first + second)
     near(result.record.y_end.omega, 3.0, 1e-9)
     seen = result.series([first], left=True)
     near(seen.omega[0], slow, 1e-9)
@@ -138,7 +140,7 @@ def test_terminal_speed_of_each_law(law, closed):
     truth, exact = jax.jvp(closed, (jnp.asarray(size),), (jnp.ones(()),))
     near(value, truth, 1e-9)
     near(slope, exact, 1e-7)
-    result = sb.simulate(scene(law(size), load=LOAD, w0=0.0, end=20.0))
+    result = run_of(law(size), load=LOAD, w0=0.0, end=20.0)
     assert result.status == "lowering"
     assert result.message.endswith(f"{float(truth):.6g} rad/s")
     assert result.summary()["metrics"]["terminal_speed"] == float(value)
@@ -149,29 +151,23 @@ def test_terminal_speed_of_each_law(law, closed):
 @pytest.mark.slow
 def test_load_above_the_maximum_torque():
     assert math.isinf(
-        sb.simulate(
-            scene(EddyCurrentBrake(0.9 * LOAD, 9.0), load=LOAD, w0=1.0, end=2.0)
+        run_of(
+            EddyCurrentBrake(0.9 * LOAD, 9.0), load=LOAD, w0=1.0, end=2.0
         ).terminal_speed
     )
     # a band that drags: M_load − M_b = c ω
-    result = sb.simulate(
-        scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=15.0)
-    )
+    result = run_of(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=15.0)
     assert result.status == "lowering"
     near(result.terminal_speed, 0.4 * LOAD / 500.0, 1e-9)
     # the band cannot hold the load, and the eddy-current brake is past its maximum: it
     # runs away
-    lost = sb.simulate(
-        scene(
-            EddyCurrentBrake(0.3 * LOAD, 2.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=1.0
-        )
+    lost = run_of(
+        EddyCurrentBrake(0.3 * LOAD, 2.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=1.0
     )
     assert lost.status == "runaway"
     # on the way to a terminal speed it is neither
     assert (
-        sb.simulate(
-            scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=0.1)
-        ).status
+        run_of(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=0.1).status
         == "not_stopped"
     )
 
@@ -188,14 +184,12 @@ def test_a_load_that_turns_round():
     def turned(times, torques, end, T0=0.0):
         load = sb.PiecewiseLinear(times, torques)
         lever = sb.PiecewiseLinear([0.0, 0.5, 0.5], [T0, T0, 0.0])
-        return sb.simulate(
-            scene(
-                BearingFriction(M_c),
-                load=sb.TorqueLoad(load),
-                lever=lever,
-                w0=1.0,
-                end=end,
-            )
+        return run_of(
+            BearingFriction(M_c),
+            load=sb.TorqueLoad(load),
+            lever=lever,
+            w0=1.0,
+            end=end,
         )
 
     result = turned([0.0, 10.0], [0.0, -1e4], 6.0)
@@ -240,9 +234,7 @@ def test_bearings_hold_first_then_the_band(C):
     grown = sb.TorqueLoad(
         sb.PiecewiseLinear([0.0, 3.0, 4.0, 5.0, 8.0, 30.0], [M, M, 6e3, M, M, M + 22e3])
     )
-    result = sb.simulate(
-        scene(BearingFriction(M_c), load=grown, lever=lever, C=C, end=9.6, w0=4.0)
-    )
+    result = run_of(BearingFriction(M_c), load=grown, lever=lever, C=C, end=9.6, w0=4.0)
     seen = result.series([2.0, 4.0, 7.0])
     all_equal(seen.omega, 0.0)
     all_near(seen.brake_torque, [0.0, 6e3 - M_c, 0.0], atol=1e-8)
@@ -269,9 +261,7 @@ def test_tackle_loss_helps_to_lower():
     hook = sb.HookLoad(m, 0.4, 8)
     lowered = m * 9.80665 * 0.05 * eta
     arm = 0.05
-    result = sb.simulate(
-        scene(TackleLoss(lowering_efficiency=eta), load=hook, T0=T0, end=12.0)
-    )
+    result = run_of(TackleLoss(lowering_efficiency=eta), load=hook, T0=T0, end=12.0)
     inertia = J + m * arm**2
     near(result.stopping_time, inertia * W0 / (T0 * GAIN - lowered), 1e-10)
     near(result.series([11.0]).brake_torque[0], lowered, 1e-12)
@@ -331,9 +321,7 @@ def test_the_dead_line_is_the_tightest_in_lowering():
     T0 = 6e3
 
     def run(K):
-        return sb.simulate(
-            scene(TackleLoss(K), load=sb.HookLoad(m, 0.4, n), T0=T0, end=12.0)
-        )
+        return run_of(TackleLoss(K), load=sb.HookLoad(m, 0.4, n), T0=T0, end=12.0)
 
     result = run(K)
     eta = n * (K - 1) / (K * (K**n - 1))
@@ -399,7 +387,7 @@ def test_a_pulley_that_turns_round_has_an_event(laws, load, T0, torque):
     """`t = J ω_0/M`, free, against dry friction, and sliding under a brake that is too
     weak."""
     back = 0.725 * T0 * (1 - 1 / PI)
-    result = sb.simulate(scene(*laws, load=load, T0=T0, w0=-W0))
+    result = run_of(*laws, load=load, T0=T0, w0=-W0)
     time = J * W0 / (torque or load + back)
     near(result.events["reversal"].times, [time], 1e-12)
     assert not result.events["stop"]
@@ -411,12 +399,12 @@ def test_a_rest_is_no_reversal():
     load = sb.TorqueLoad(
         sb.PiecewiseLinear([0.0, 25.0, 25.0, 26.0], [100.0, 100.0, 900.0, 900.0])
     )
-    result = sb.simulate(scene(BearingFriction(600.0), load=load, w0=-W0))
+    result = run_of(BearingFriction(600.0), load=load, w0=-W0)
     assert names_of(result) == ["stop", "restart"]
     swings = sb.TorqueLoad(
         sb.profiles.FunctionProfile(lambda t, M: M * jnp.cos(t), 1e3, typical=1e3)
     )
-    times = sb.simulate(scene(load=swings, w0=0.0, end=7.0)).events["reversal"].times
+    times = run_of(load=swings, w0=0.0, end=7.0).events["reversal"].times
     near(times, [math.pi, 2 * math.pi], 1e-12)
 
 
@@ -430,7 +418,7 @@ BY_SENSE = BearingFriction(100.0, 300.0, 0.5, 50.0, reverse=BearingFriction(40.0
 @pytest.mark.parametrize("way", [1, -1])
 def test_coasting_by_direction(way):
     """Down Coulomb, Stribeck and viscous friction, by SciPy; up `t = J ω/M`."""
-    result = sb.simulate(scene(BY_SENSE, w0=way * 4.0, end=100.0))
+    result = run_of(BY_SENSE, w0=way * 4.0, end=100.0)
 
     def slowing(t, w):
         return [-(100.0 + 200.0 * math.exp(-w[0] / 0.5) + 50.0 * w[0]) / J]
@@ -455,7 +443,7 @@ def test_coasting_by_direction(way):
 )
 def test_rest_and_breakaway_by_direction(load, moves):
     """The limit at rest is the static one of the sense that the load would begin."""
-    result = sb.simulate(scene(BY_SENSE, load=load, w0=0.0, end=5.0))
+    result = run_of(BY_SENSE, load=load, w0=0.0, end=5.0)
     assert np.sign(result.series([5.0]).omega[0]) == moves
     assert result.status == ("held" if moves == 0 else "released")
 
@@ -471,7 +459,7 @@ def test_a_growing_load_breaks_away_from_band_and_bearings(way):
         sb.PiecewiseLinear([0.0, 3.0, 4.0], rate * np.array([0, 3, 4]))
     )
     law = BearingFriction(600.0)
-    result = sb.simulate(scene(law, load=load, T0=100.0, w0=0.0, end=4.0))
+    result = run_of(law, load=load, T0=100.0, w0=0.0, end=4.0)
     near(result.events["restart"].times, [2.0], 1e-12)
     near(result.series([4.0]).omega[0], rate * 2.0**2 / 2 / J, 1e-9)
 
@@ -482,16 +470,14 @@ def test_tables_of_torque_over_speed():
     beyond the table the last torque holds, and a warning says so."""
     told = lambda result: [text[:12] for text in result.summary()["warnings"]]
     fan = TabulatedDrag([0.0, 7.0, 30.0], [0.0, 350.0, 1500.0])
-    result = sb.simulate(scene(fan, w0=-W0, end=20.0))
+    result = run_of(fan, w0=-W0, end=20.0)
     expected = -W0 * math.exp(-50.0 * 20.0 / J)
     near(result.series([20.0]).omega[0], expected, 1e-9)
     balanced(result)
     rotor = TabulatedLoad([0.0, 4.0, 25.0], [2500.0, 2100.0, 0.0])
-    result = sb.simulate(scene(w0=0.0, load=rotor, end=9.0))
+    result = run_of(w0=0.0, load=rotor, end=9.0)
     expected = 25.0 * (1 - math.exp(-2500.0 * 9.0 / (J * 25.0)))
     near(result.series([9.0]).omega[0], expected, 1e-9)
-    driven = sb.simulate(
-        scene(w0=40.0, load=TabulatedLoad([0.0, 4.5, 9.0], [1e3, 2e3, 3e3]))
-    )
+    driven = run_of(w0=40.0, load=TabulatedLoad([0.0, 4.5, 9.0], [1e3, 2e3, 3e3]))
     near(driven.series([2.0]).omega[0], 40.0 + 3e3 * 2.0 / J)
     assert (told(result), told(driven)) == ([], ["beyond_table"])

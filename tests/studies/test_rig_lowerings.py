@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 from goldens import assert_refused
 from helpers import all_near, input_error, near
-from rig_recordings import SMALL, TIMES, recording, sampled, trip, witsml, written
+from rig_recordings import (
+    SMALL,
+    TIMES,
+    log_of,
+    recording,
+    sampled,
+    trip,
+    witsml,
+    written,
+)
 
 import simbrake as sb
 
@@ -398,7 +407,7 @@ def test_what_has_no_lowerings_is_refused(tmp_path, request):
         lambda: lowerings(down, pause=-1.0),
         lambda: lowerings(low),
         lambda: lowerings(up),
-        lambda: lowerings(sb.rig.read(written(tmp_path, "r.xml", rare))),
+        lambda: lowerings(log_of(tmp_path, "r.xml", rare)),
     )
     assert_refused(request, "lowerings", cases)
 

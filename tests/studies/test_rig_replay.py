@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_equal, all_near, closes, input_error, jacobians, near
-from rig_recordings import recording, sampled, trip, witsml, written
+from rig_recordings import log_of, recording, sampled, trip, witsml
 from scenes import drawworks_brake
 from scipy.integrate import solve_ivp
 
@@ -336,7 +336,7 @@ def test_what_cannot_be_replayed_is_named(tmp_path):
         "HKLD": ("kN", load[rows]),
         "HEAVE": ("m", np.sin(t[rows])),
     }
-    heaving = sb.rig.read(written(tmp_path, "b.xml", witsml(t[rows], columns)))
+    heaving = log_of(tmp_path, "b.xml", witsml(t[rows], columns))
     with input_error(match="1 of 1 lowerings"):
         sb.rig.replay(heaving, scene_of())
 
