@@ -701,8 +701,8 @@ def _events(report: Report) -> str:
     for group in groups:
         many = len(group) > 1
         name = _words(group[0].name) + ("s" if many else "")
-        until = f"…{group[-1].time:.6g}" if many else ""
-        time = f"{group[0].time:.6g}{until} s"
+        first, last = (f"{group[i].time:.6g}" for i in (0, -1))
+        time = f"{first} s" if first == last else f"{first}…{last} s"
         parts.append(" ".join(filter(None, (name, linings_of(group), time))))
     return ", ".join(parts) or "none"
 
