@@ -112,12 +112,12 @@ def table(part: Part, form: str) -> str:
 
 def markdown(found: dict[str, Any], name: str) -> str:
     """A part for the pages, from what was written as JSON."""
-    known = found["parts"][name]
+    known = found[name]
     part = Part(
         known["title"], [Cost(**cost) for cost in known["costs"]], tuple(known["notes"])
     )
     about = measured_on(
-        found["machine"], ("python", "jax", "diffrax", "scipy", "heyoka")
+        known["machine"], ("python", "jax", "diffrax", "scipy", "heyoka")
     )
     return "\n\n".join(
         [
@@ -1038,8 +1038,9 @@ def main() -> int:
         )
     warnings.filterwarnings("ignore", message=".*divide.*|.*overflow.*")
     ours.configure()
-    found: dict[str, Any] = {"machine": machine(), "quick": options.quick, "parts": {}}
-    print(measured_on(found["machine"], tuple(found["machine"]["versions"])))
+    found: dict[str, Any] = {}
+    here = machine()
+    print(measured_on(here, tuple(here["versions"])))
     missed = 0
     for name in names:
         start = time.perf_counter()
@@ -1051,7 +1052,9 @@ def main() -> int:
             ),
             flush=True,
         )
-        found["parts"][name] = {
+        found[name] = {
+            "machine": here,
+            "quick": options.quick,
             "title": part.title,
             "costs": [c._asdict() for c in part.costs],
             "notes": part.notes,
@@ -1060,15 +1063,9 @@ def main() -> int:
     print(f"\n{missed} limits missed")
     files = [pathlib.Path(options.json)] if options.json else []
     for file in files + ([NUMBERS] if options.write_docs else []):
-        old = (
-            json.loads(file.read_text("utf-8"))["parts"]
-            if file == NUMBERS and file.is_file()
-            else {}
-        )
-        file.write_text(
-            json.dumps(found | {"parts": old | found["parts"]}, indent=1) + "\n",
-            "utf-8",
-        )
+        # parts of the pages that are not measured now stay, with their machine
+        old = json.loads(file.read_text("utf-8")) if file == NUMBERS else {}
+        file.write_text(json.dumps(old | found, indent=1) + "\n", "utf-8")
     return 0
 
 
