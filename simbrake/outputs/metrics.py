@@ -65,9 +65,11 @@ def lever_travel(shortened: Array, scene: Scene) -> Array:
 
         s = (l/a) (x + Σ β_i (h_i + δ))
 
-    `shortened` (m): elongation `x` of the band, and `Σ β_i h_i` of what the linings
-    have lost in the run;  `δ`: clearance of the released band. `h_i` counts all that
-    they have lost.
+    `x` (m): elongation of the band, `h_i`: all that the linings have lost, `δ`:
+    clearance of the released band
+
+    - `shortened` (m): the part that changes in the run, `x` and `Σ β_i` times what the
+      linings have lost since its start
     """
     lever: Any = lever_of(scene)
     gap = lever.clearance

@@ -474,8 +474,8 @@ def prepare(
     - `max_steps`: step attempts to allocate; by default what the scene's own run needs
       and a quarter more. A run that needs more is compiled again with more
 
-    Raises `InputError` with all errors of scene, metrics and options, and `SimulationError` where
-    the scene's own run fails.
+    Raises `InputError` with all errors of scene, metrics and options, and
+    `SimulationError` where the scene's own run fails.
 
     Example:
         >>> prepared = sb.prepare(scene, ["stopping_time"])
