@@ -231,15 +231,17 @@ _UNITS = {
 
 
 def meant_within(value: float, low: float, high: float, unit: str = "m") -> str:
-    """What a length or an area may mean that lies within `low…high`: a number in
-    another unit, or half a diameter."""
-    for other, size in _UNITS[unit]:
-        if low <= value * size <= high:
-            return f'"{value:g} {other}"'
-    return (
-        f"{value / 2:g} m, half of a diameter"
-        if unit == "m" and low <= value / 2 <= high
-        else ""
+    """What a length or an area may mean that lies within `low…high`: half a diameter,
+    or a number in another unit."""
+    if unit == "m" and low <= value / 2 <= high:
+        return f"{value / 2:g} m, half of a diameter"
+    return next(
+        (
+            f'"{value:g} {other}"'
+            for other, size in _UNITS[unit]
+            if low <= value * size <= high
+        ),
+        "",
     )
 
 

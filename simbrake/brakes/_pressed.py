@@ -214,16 +214,12 @@ class DiscBrake(AbstractPressedBrake):
         pads = self.linings
         where = f"{path}.linings"
         if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
-            what = (
-                f"{float(pads.outer_radius):g} m is not outside of the inner radius "
-                f"{float(pads.inner_radius):g} m"
-            )
+            inner, outer = float(pads.inner_radius), float(pads.outer_radius)
+            what = f"{outer:g} m is not outside of the inner radius {inner:g} m"
             hint = "a pad reaches from inner_radius to outer_radius"
-            if meant := meant_within(
-                float(pads.inner_radius),
-                0.1 * float(pads.outer_radius),
-                float(pads.outer_radius),
-            ):
+            if inner <= 2 * outer:
+                hint += ": are they exchanged, or is one a diameter?"
+            elif meant := meant_within(inner, 0.1 * outer, outer):
                 hint += f": did you mean {where}.inner_radius = {meant}?"
             return [Fault(f"{where}.outer_radius", what, hint)]
         return []

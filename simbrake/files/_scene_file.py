@@ -27,7 +27,7 @@ from .._base._faults import (
 from .._base._part import Whole, faults_of_whole, leaves, meant_by, short_of, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from ..hybrid.struct import Struct
-from ..parts.programme import programme_scene, undriven_scene
+from ..parts.programme import parse_programme, programme_scene, undriven_scene
 from ..parts.scene import Scene, paths_without_meaning, require_scene
 from ..parts.scene_checks import check_scene
 from ..phases import AbstractEnd, AfterTime, read_end
@@ -177,11 +177,14 @@ class SceneReader(NumberReader):
                 )
             elif part.default is dataclasses.MISSING:
                 values[name] = None
-        return (
-            BAD
-            if any(value is BAD for value in values.values())
-            else self._made(maker, values, path)
-        )
+        if not any(value is BAD for value in values.values()):
+            return self._made(maker, values, path)
+        if maker is programme_scene and not self.undriven:
+            lines = values["programme"]
+            # its words can be read, whatever else is wrong
+            if lines is not BAD:
+                self._made(parse_programme, {"lines": lines}, path)
+        return BAD
 
     def _made(self, maker: Maker, values: dict[str, object], path: str) -> object:
         if maker is programme_scene and self.undriven:

@@ -61,6 +61,12 @@ def test_all_faults_of_a_file_at_once():
     assert paths == {*places}
 
 
+def test_words_of_a_programme_are_read_beside_other_faults():
+    text = 'programme = ["take string"]\npull = "20 kW"\n'
+    paths = {fault.path for fault in faults_of(sb.files.scene_from_text, text)}
+    assert paths >= {"pull", "programme[0]"}
+
+
 @pytest.mark.parametrize(("text", "path", "hint"), rows_of("recording"))
 def test_recording(text, path, hint, tmp_path):
     (tmp_path / "a.csv").write_text(text.replace("\\n", "\n"), "utf-8")
