@@ -19,7 +19,7 @@ from .._base._progress import Progress
 from ..export import Export, c_text, possible_inputs
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE
 from ..outputs.log import FAILURES, Event, Status, status_words
-from ..outputs.metrics import METRICS, is_least, is_of_size
+from ..outputs.metrics import HOLDING, METRICS, is_least, is_of_size
 from ..parts.scene import Scene
 from ..runs.edit import entry_of
 from ..runs.measure import (
@@ -131,6 +131,11 @@ def publish(
         "ratios": [
             {"key": "reserve", "words": RESERVE, "reasons": [*range(len(REASONS))]},
             {
+                "key": "least",
+                "words": METRICS[HOLDING].title,
+                "reasons": [*range(len(REASONS))],
+            },
+            {
                 "key": "sliding",
                 "words": SLIDING,
                 "reasons": [
@@ -138,6 +143,7 @@ def publish(
                 ],
             },
         ],
+        "least": metrics.index(HOLDING) if HOLDING in metrics else None,
         "small": SMALL_RESERVE,
         "failures": {
             int(code): [name, what] for code, (name, what, _) in FAILURES.items()

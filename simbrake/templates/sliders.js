@@ -56,7 +56,8 @@
       // (what never happened exceeds its limit)
       const limit = `${metric.least ? "≥" : "≤"} ${read(metric, metric.limit, 5)}`;
       const margin = metric.least ? si - metric.limit : metric.limit - (metric.of_size ? Math.abs(si) : si);
-      const judged = stateOf(!(Number.isFinite(si) && margin >= 0), margin < metric.small);
+      const unloaded = metric.least && si === Infinity && status.startsWith("H4");
+      const judged = unloaded ? ["no load hung", ""] : stateOf(!(Number.isFinite(si) && margin >= 0), margin < metric.small);
       rows.push([metric.words, read(metric, si, 4), limit, read(metric, margin, 3, true), ...judged]);
     });
     const named = (kind) => rows.filter((row) => row[5] === kind).map(([name]) => name).join(", ");
@@ -274,7 +275,9 @@
       const times = doubles(c.live_times(), c.live_events()), names = new Int32Array(c.memory.buffer, c.live_names(), c.live_events());
       const events = [...times].map((t, i) => ({...live.events[names[i]], t})).filter((event) => event.words);
       const said = {status: c.live_status(), reason: c.live_reason(), colour: c.live_colour()};
-      return {code, metrics, events, ...said, reserve: c.live_reserve(), sliding: c.live_sliding(), pull: c.live_pull()};
+      // (a load may have been held with less before)
+      const reserve = c.live_reserve(), least = metrics[live.least] < reserve ? metrics[live.least] : NaN;
+      return {code, metrics, events, ...said, reserve, least, sliding: c.live_sliding(), pull: c.live_pull()};
     }
 
     function show() {
