@@ -54,10 +54,7 @@ class Draws:
         self.quantiles = {path: _quantile_of(law) for path, law in frozen.items()}
         medians = {path: float(draw(0.5)) for path, draw in self.quantiles.items()}
         issues.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
-        for path, old in Inputs(scene).twice(distributions).items():
-            issues.add(
-                path, f"overlaps with {old}", "give each parameter one distribution"
-            )
+        issues += Inputs(scene).twice(distributions)
         bad = {fault.path for fault in issues}
         middle = with_values(
             scene, {path: medians[path] for path in medians.keys() - bad}

@@ -190,8 +190,7 @@ def evaluator(
         for path, leaf in leaves.items():
             if leaf is None:
                 issues.add(path, "cannot vary: the scene has no number there", hint)
-    for path, old in known.twice(paths).items():
-        issues.add(path, f"overlaps with {old}", "give each number once")
+    issues += known.twice(paths)
     issues.attempt(check_metrics, scene, asked)
     issues.report()
     bounds = dict[str, np.ndarray]()

@@ -11,11 +11,11 @@ from .._base._faults import InputError
 from .._base._numbers import digits, number, reading
 from .._base._table import Column, Table, Tabular
 from ..outputs.judgement import REASONS
-from ..outputs.metrics import HOLDING, is_least, keeps
+from ..outputs.metrics import HOLDING, is_least
 from ..parts.scene import Scene
 from ..results.stored import Dataset
 from ..runs.measure import as_metrics, read_limits, unit_of
-from .limits import LimitsOfManyRuns
+from .limits import LimitsOfManyRuns, kept
 
 #: minimum, median and maximum
 _RANGE = (0.0, 0.5, 1.0)
@@ -69,7 +69,7 @@ class Overview(Tabular):
 
         for name, bound in self._limited.limits.items():
             # what did not happen, as a stop that never came, exceeds its limit
-            check(name, bound, ~keeps(bound, name, self.data[name].values[done]))
+            check(name, bound, ~kept(self.data, name, bound).values[done])
         if HOLDING in self.metrics and HOLDING not in self._limited.limits:
             # a reserve is of runs in which something holds; all others exceed a limit
             # with what never happened
@@ -207,6 +207,6 @@ def _colours(data: Dataset, limited: LimitsOfManyRuns) -> Any:
     if HOLDING in data:
         colours = colours.where(failed | ~(data[HOLDING] <= 1), "red")
     for name, bound in limited.limits.items():
-        colours = colours.where(failed | keeps(bound, name, data[name]), "red")
+        colours = colours.where(failed | kept(data, name, bound), "red")
     meaning = "colour of the reason, red where a limit that was checked is exceeded"
     return colours.assign_attrs(meaning=meaning)

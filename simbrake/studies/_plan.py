@@ -122,7 +122,13 @@ def plan_of(
         known = Inputs(first)
         for path, array in arrays.items():
             issues += _outside(path, array, known.about(path))
-    issues.attempt(check_metrics, scene if first is None else first, asked)
+    issues += Inputs(scene).twice(arrays)
+    unknown = Issues()
+    unknown.attempt(check_metrics, scene, asked)
+    if unknown and first is not None:  # what it varies may bring it
+        issues.attempt(check_metrics, first, asked)
+    else:
+        issues += unknown
     issues.report()
     plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, chunk)
     issues += _of_times(plan)

@@ -12,13 +12,14 @@ from .._base._numbers import pretty
 from .._base._table import Column, Table, Tabular, frozen, plain
 from ..outputs.judgement import REASONS
 from ..outputs.log import SimulationError
-from ..outputs.metrics import is_least, keeps
+from ..outputs.metrics import is_least
 from ..parts.scene import Scene, require_scene
 from ..runs.measure import MetricLike, as_metrics, name_of, unit_of
 from ._draws import METHODS, Distribution, Method, checked, power_of_two, unit_points
 from ._ensemble import Dataset, ensemble
 from ._estimates import Estimate, mean_and_deviation, probability, quantile
 from .evaluating import failure_name
+from .limits import kept
 
 _HOT = "peak_lining_temperature"
 #: the criterion of runs that fail by any of the others
@@ -333,16 +334,17 @@ def _evaluate(
         goes_on = np.isin(
             data["reason"].values, [reason.id for reason in REASONS if reason.goes_on]
         )
-        failures["does not stop"] = (
-            ~np.isfinite(data["stopping_time"].values) | goes_on | failed
-        )
+        # (a load that is held from the start has no stopping time)
+        held = data["status"].values == "held"
+        rests = held | np.isfinite(data["stopping_time"].values)
+        failures["does not stop"] = ~rests | goes_on | failed
     for name, limit in bounds.items():
         shown = (
             f"{limit:g} {pretty(unit_of(name))}".rstrip()
             if np.ndim(limit) == 0
             else "its sampled limit"
         )
-        within = keeps(limit, name, data[name].values)
+        within = kept(data, name, limit).values
         failures[f"{name} {'<' if is_least(name) else '>'} {shown}"] = ~within | failed
     if len(failures) > 1:
         failures[ANY] = np.any(list(failures.values()), axis=0)

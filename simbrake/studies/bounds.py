@@ -31,9 +31,9 @@ class Inputs(dict[str, Leaf]):
         """Metadata of a number, or of an entry of a list."""
         return self[entry_of(path)[0]].about
 
-    def twice(self, paths: Iterable[str]) -> dict[str, str]:
-        """Paths that mean a number which an earlier one means as well: path → the
-        earlier one."""
+    def twice(self, paths: Iterable[str]) -> list[Fault]:
+        """An error for each path that means a number which an earlier one means as
+        well."""
         first_paths: dict[tuple[str, int | None], str] = {}
         repeats = {}
         for path in paths:
@@ -44,7 +44,10 @@ class Inputs(dict[str, Leaf]):
                 if other == field and (index is None or i in (None, index)):
                     repeats.setdefault(path, earlier)
             first_paths[field, index] = path
-        return repeats
+        return [
+            Fault(path, f"overlaps with {earlier}", "give each number once")
+            for path, earlier in repeats.items()
+        ]
 
 
 class Paths(NamedTuple):
@@ -246,10 +249,7 @@ def box_of(
             what = f"the start {value} is outside the bounds {pair!r}"
             issues.add(path, what, "give a start inside them")
         rows.append([np.ravel(values) for values in (*ends, value)])
-    issues += [
-        Fault(path, "is free twice", f"as {old} is")
-        for path, old in known.twice(shapes).items()
-    ]
+    issues += known.twice(shapes)
     low, high, start = [
         np.concatenate(column) for column in zip(*rows, strict=True)
     ] or [np.zeros(0)] * 3

@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..outputs.metrics import HOLDING, METRICS, allowable_values
+from ..outputs.metrics import HOLDING, METRICS, allowable_values, keeps
 from ..parts.scene import Scene
+from ..results.stored import Dataset
 from ..runs.findings import PRESSURE
 
 
@@ -56,3 +57,12 @@ class LimitsOfManyRuns(NamedTuple):
             {name: limit for name, limit in every.items() if name in metrics},
             tuple(dict.fromkeys(aside)),
         )
+
+
+def kept(data: Dataset, metric: str, limit: Any) -> Any:
+    """Which runs keep a limit; where the brake held and no load hung, the reserve is
+    infinite and keeps any."""
+    within = keeps(limit, metric, data[metric])
+    if metric == HOLDING:
+        within |= np.isposinf(data[metric]) & (data["reason"] == "H4")
+    return within

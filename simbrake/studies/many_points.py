@@ -319,8 +319,11 @@ def _one_by_one(job: Job, rows: np.ndarray, device: Any) -> Columns:
         def value(name: str) -> Any:
             if name.startswith("energy."):
                 return energy[name.removeprefix("energy.")]
-            find = RUN_COLUMNS.get(name)
-            return measure(result, name) if find is None else find(result)
+            if (find := RUN_COLUMNS.get(name)) is not None:
+                return find(result)
+            # (a number may take away what a metric is of, as a load)
+            lost = METRICS[name].needs.lacks(result.scene)
+            return np.inf if lost else measure(result, name)
 
         return [float(value(name)) for name in names]
 

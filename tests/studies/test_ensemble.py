@@ -377,6 +377,7 @@ WRONG = (
     ({SPEED: np.zeros((1, 1, 1))}, {}),
     ({ANGLE: [[0.2] * 20, [0.2] * 19 + [-0.3]]}, {}),
     ({ANGLE: [0.2, 0.4, 0.25, 0.5, 0.41]}, {}),
+    ({ANGLE + "[-1]": [0.1], ANGLE: [0.2]}, {}),
 )
 
 
@@ -487,11 +488,11 @@ def test_limits_of_runs_have_units(kept):
 
 def test_the_command_counts_reserves_below_a_limit(capsys, tmp_path):
     """Loads of 0.7 and 0.9 times the torque of the brake have reserves of 1.43 and 1.11;
-    that of 1.1 times is not held, and has none."""
+    that of 1.1 times is not held, and has none; without load any reserve is kept."""
     torque = 8e3 * GAIN
     file = str(tmp_path / "held.toml")
     sb.write_scene(stop_scene(C=None, w0=0.0, end=0.1, load=0.7 * torque), file)
-    loads = f"duty.load.profile.level={0.7 * torque},{0.9 * torque},{1.1 * torque}"
+    loads = f"duty.load.profile.level=0,{0.7 * torque},{0.9 * torque},{1.1 * torque}"
     reserve = (
         "--metrics",
         "min_holding_reserve",
@@ -499,9 +500,10 @@ def test_the_command_counts_reserves_below_a_limit(capsys, tmp_path):
         "min_holding_reserve=1.25",
     )
     _, out, _ = call(capsys, "sweep", file, "--vary", loads, *reserve)
-    assert "limits   min_holding_reserve below 1.25 in 2 of 3 runs\n" in out
+    assert "limits   min_holding_reserve below 1.25 in 2 of 4 runs\n" in out
     _, out, _ = call(capsys, "sweep", file, "--vary", loads, *reserve, "--json")
-    assert [run["colour"] for run in json.loads(out)["runs"]] == ["green", "red", "red"]
+    colours = [run["colour"] for run in json.loads(out)["runs"]]
+    assert colours == ["green", "green", "red", "red"]
 
 
 def test_ranges_of_runs_are_in_units_of_their_size():

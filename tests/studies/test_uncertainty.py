@@ -167,13 +167,15 @@ def test_runs_that_do_not_stop_are_counted():
 
 def test_limit_of_a_least_value():
     """A reserve `M_b/M` of loads even between 0.6 and 1.2 `M_b` is at least 1.25 up to
-    a load of 0.8 `M_b`; loads above `M_b` are not held, and have none."""
+    a load of 0.8 `M_b`; loads above `M_b` are not held, and have none. A load held from
+    the start has no stopping time, and does not fail to stop."""
     torque = 8e3 * GAIN
     loads = {"duty.load.profile.level": (0.6 * torque, 1.2 * torque)}
     scene = stop_scene(C=None, w0=0.0, end=0.1, load=0.8 * torque)
-    found = sb.uncertainty(
-        scene, loads, "min_holding_reserve", 256, limits={"min_holding_reserve": 1.25}
-    )
+    metrics = ["min_holding_reserve", "stopping_time"]
+    limits = {"min_holding_reserve": 1.25}
+    found = sb.uncertainty(scene, loads, metrics, 256, limits=limits)
+    assert covered(found.failures["does not stop"].probability, 1 / 3)
     weak = found.failures["min_holding_reserve < 1.25"]
     near(weak.probability.value, 2 / 3, abs=5e-3)
     (line,) = sb.plot.histogram(found, "min_holding_reserve").get_lines()
