@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, Issues, input_error
+from .._base._faults import Fault, InputError, Issues
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity
@@ -145,13 +145,15 @@ def sensitivity(
     """
     single = isinstance(metric, str) or callable(metric)
     metrics = Metrics(tuple(as_metrics(metric)))
-    check_metrics(scene, metrics.asked)
-    if most is not None and most < 0:
-        raise input_error(
-            "most", f"{most} is out of range", "a number of parameters, from 0"
-        )
-    chosen = chosen_leaves(scene, wrt)
-    spans = {} if span is None else _spans(chosen, span)
+    issues = Issues()
+    issues.attempt(check_metrics, scene, metrics.asked)
+    within = most is None or most >= 0
+    issues.unless(within, "most", most, "a number of parameters, from 0")
+    chosen = issues.attempt(chosen_leaves, scene, wrt) or []
+    spans: dict[str, np.ndarray] = {}
+    if span is not None and chosen:
+        spans = issues.attempt(_spans, chosen, span) or {}
+    issues.report()
     paths = Paths.of(chosen)
     size = len(metrics.asked)
     x = numbers_of(chosen)
