@@ -122,7 +122,7 @@ def stop_table(rows: Sequence[JsonObject], scene: Scene) -> Table:
         Column("time", "s", "time of the stop"),
         Column("motion_time", "s", motion, "in motion", show=".5g"),
         Column("braking_time", "s", braked, "braked", show=".5g"),
-        Column("angle", "rad", "angle from the restart to the stop"),
+        Column("angle", "rad", "angle from the restart to the stop").scaled(100.0, 6),
         Column("travel", "m", travel).scaled(1.0, 5),
         Column("energy", "J", "friction heat since the stop before").scaled(1e3, 6),
     ]

@@ -322,7 +322,8 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
         if math.isinf(ratio):
             continue
         value = f"{ratio:.4g} ({note})"
-        margin = f"{100 * (ratio - 1):+.3g} %".replace("-", "−")
+        share = ratio - 1 if abs(ratio - 1) > _ROUNDING else 0.0
+        margin = f"{100 * share:+.3g} %".replace("-", "−")
         value = in_words_of(result.scene, value)
         small = SMALL_RESERVE - 1
         row = _row(name, value, "> 1", margin, ratio - 1, small, _ROUNDING * red)

@@ -217,6 +217,7 @@ def test_reserve_of_an_eased_lever():
     data = sb.ensemble(eased, {"initial.omega": [0.0]}, metrics)
     found = sb.studies.overview(eased, data, metrics)
     assert found.limits["checked"][0]["exceeded"] == 1
+    assert {row.margin for row in sb.simulate(eased).verdict().rows} == {"+0 %"}
     meant = sb.simulate(replaced(eased, {"duty.wants": "lower"}))
     assert meant.metrics["min_holding_reserve"] is None
 

@@ -124,6 +124,7 @@ def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(
     all_near(result.stops["time"], first + np.arange(3) * (first + 10.0), 1e-10)
     all_near(result.stops["travel"], -25.0, 1e-10)
     all_near(result.stops["braking_time"], 0.0, atol=1e-6)
+    assert "-" not in str(result.stops)  # but the sign of a minus
     all_equal(result.events["stop"].times, result.stops["time"])
     assert float(result.stopping_time) == result.stops["time"][0]
     if stiffness is None:  # (that of an elastic band is what it lets go)
