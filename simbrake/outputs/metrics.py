@@ -168,6 +168,7 @@ class Metric(NamedTuple):
     - `unit` (SI), `meaning` in words, `title` above it in pages
     - `find(record, scene)`: the number, `inf` for the time of what did not happen
     - `greatest`: the metric is the maximum of `find(probe)`, (m, n), over the run
+    - `of_size`: a motion in either sense, below 0 upwards: its limit is that of its size
     - `energy`: the metric is `find(account)` of an `Account`
     - `needs`: what a scene needs for its runs to have the metric
     - `shown_anyway`: a scene that lacks this shows the metric as `inf`
@@ -192,6 +193,7 @@ class Metric(NamedTuple):
     find: Callable[..., Any]
     needs: Requirement = NOTHING
     greatest: bool = False
+    of_size: bool = False
     of_linings: bool = False
     shown_anyway: bool = False
     if_asked: bool = False
@@ -583,12 +585,14 @@ METRICS: dict[str, Metric] = {
         "Terminal speed",
         lambda record, scene: terminal_speed(record),
         _TERMINAL,
+        of_size=True,
     ),
     "stopping_angle": Metric(
         "rad",
         "angle from the start to the first stop",
         "Angle to the first stop",
         lambda record, scene: at_first_stop(record, record.states.phi),
+        of_size=True,
     ),
     "hook_travel": Metric(
         "m",
@@ -597,6 +601,7 @@ METRICS: dict[str, Metric] = {
         _hook_travel,
         _HOOK,
         shown_anyway=True,
+        of_size=True,
     ),
     "total_hook_travel": Metric(
         "m",
@@ -604,6 +609,7 @@ METRICS: dict[str, Metric] = {
         "Hook travel of the run",
         hook_travel_at_end,
         _HOOK,
+        of_size=True,
     ),
     "max_hook_load": Metric(
         "N",
@@ -1185,13 +1191,10 @@ def is_least(metric: str) -> bool:
     return metric.startswith("min_")
 
 
-#: metrics of motion in either sense, below 0 upwards: their limits are of the size
-_EITHER_WAY = ("stopping_angle", "hook_travel", "total_hook_travel", "terminal_speed")
-
-
 def is_of_size(metric: str) -> bool:
     """Whether a limit of a metric is that of its size, whatever its sign."""
-    return metric in _EITHER_WAY
+    entry = METRICS.get(metric)
+    return entry is not None and entry.of_size
 
 
 def margin_to(limit: Any, metric: str, value: Any) -> Any:
