@@ -15,6 +15,7 @@ from .._base._numbers import number
 from .._base._table import Table
 from ..files._scene_file import read_scene
 from ..files.shipped_scenes import shipped_tests
+from ..outputs.judgement import REASONS
 from ..outputs.log import Status
 from ..outputs.metrics import is_least, keeps, margin_to
 from ..parts.scene import Scene
@@ -56,9 +57,7 @@ class Must(enum.StrEnum):
         }[self]
 
 
-#: reasons of loads at rest that broke away before, or that the friction brake alone
-#: does not hold
-_NOT_HELD = ("H1", "H2", "H6")
+_NOT_HELD = {reason.id for reason in REASONS if not reason.held}
 
 
 class AcceptanceTest(NamedTuple):

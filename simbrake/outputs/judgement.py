@@ -71,22 +71,29 @@ class Reason(NamedTuple):
     - `shown`: whether the run showed what it was to show; if not, it is no pass,
       whatever its colour
     - `goes_on`: whether a load that was to stop or to hold still moves at the end
+    - `held`: false for a load at rest that broke away before, or that the friction brake
+      alone does not hold
     """
 
     id: str
     words: str
     shown: bool = True
     goes_on: bool = False
+    held: bool = True
 
 
 #: in the order in which they are tried
 REASONS = (
     Reason("F1", "The run failed"),
     Reason("T1", "A phase did not end", shown=False),
-    Reason("H1", "The held load broke away"),
-    Reason("H6", "The brake is open: dry friction alone holds the load"),
+    Reason("H1", "The held load broke away", held=False),
+    Reason("H6", "The brake is open: dry friction alone holds the load", held=False),
     Reason("H7", "Held by the motor alone"),
-    Reason("H2", "At rest, but the friction brake alone does not hold the load"),
+    Reason(
+        "H2",
+        "At rest, but the friction brake alone does not hold the load",
+        held=False,
+    ),
     Reason("H3", "To hold the load, and moves", goes_on=True),
     Reason("H4", "At rest and held"),
     Reason("X0", "No load hangs"),

@@ -30,6 +30,12 @@ def file(tmp_path):
     open_brake = SCENE.replace('"20 rad/s"', "0").replace('"12 kN"', "0")
     bearings = '[[shaft]]\ntype = "BearingFriction"\nfriction_torque = "5 kN*m"\n'
     (tmp_path / "on_bearings.toml").write_text(open_brake + bearings)
+    weak = SCENE.replace('"20 rad/s"', "0").replace('"12 kN"', '"1.2 kN"')
+    (tmp_path / "helped.toml").write_text(weak + bearings)
+    times, moments = "[0, 3, 3.1, 3.3]", "[4e3, 4e3, 40e3, 4e3]"
+    jerk = f'type = "PiecewiseLinear", times = {times}, values = {moments}'
+    load = f'{{ type = "TorqueLoad", profile = {{ {jerk} }} }}'
+    (tmp_path / "jerked.toml").write_text(SCENE.replace('"4 kN*m"', load))
 
     def write(text):
         path = tmp_path / "tests.toml"
@@ -57,6 +63,14 @@ def test_each_result_and_the_worst_of_a_range(file):
         name = "held by its bearings"
         must = "holds"
         scene = "on_bearings.toml"
+        [[test]]
+        name = "held with the help of its bearings"
+        must = "holds"
+        scene = "helped.toml"
+        [[test]]
+        name = "breaks away between two stops"
+        must = "stops"
+        scene = "jerked.toml"
         [[test]]
         name = "lever lost"
         must = "does not stop"
@@ -86,11 +100,15 @@ def test_each_result_and_the_worst_of_a_range(file):
         max(times) <= 0.8 and runs[2]["min_holding_reserve"] >= 4.5,
         True,
         False,
+        False,
+        False,
         True,
         True,
     ]
     assert "dry friction alone" in found.answers[2].result
-    assert [answer.runs for answer in found.answers] == [3, 1, 1, 1, 1]
+    assert "alone does not hold" in found.answers[3].result
+    assert "broke away" in found.answers[4].result
+    assert [answer.runs for answer in found.answers] == [3, 1, 1, 1, 1, 1, 1]
 
 
 @pytest.mark.parametrize(
