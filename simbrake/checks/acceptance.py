@@ -12,12 +12,12 @@ import numpy as np
 
 from .._base._faults import Issues, existing_file, input_error, near, text_of_file
 from .._base._numbers import number
-from .._base._table import Table
+from .._base._table import Table, plain
 from ..files._scene_file import read_scene
 from ..files.shipped_scenes import shipped_tests
 from ..outputs.judgement import REASONS
 from ..outputs.log import Status
-from ..outputs.metrics import is_least, keeps, margin_to
+from ..outputs.metrics import HOLDING, is_least, margin_to
 from ..parts.scene import Scene
 from ..runs.edit import numbers_in_si, with_values
 from ..runs.findings import in_words_of
@@ -117,7 +117,7 @@ class Answer(NamedTuple):
         for name, limit in self.test.within.items():
             value, at = self.worst[name]
             kept = _keeps(name, value, limit)
-            row = {"metric": name, "limit": limit, "value": value, "at": at}
+            row = {"metric": name, "limit": limit, "value": plain(value), "at": at}
             checks.append(row | {"passed": kept})
         return {
             "name": self.test.name,
@@ -142,6 +142,7 @@ class Answer(NamedTuple):
             unit = "Pa" if name == PRESSURE else unit_of(name)
             sign = "≥" if is_least(name) else "≤"
             found = "no value" if value is None else str(number(value, unit))
+            found = "no load hung" if value == np.inf else found
             failed = "" if _keeps(name, value, limit) else "failed"
             words = name.removeprefix("energy.").replace("_", " ")
             words = in_words_of(self.test.scene, words)
@@ -260,6 +261,9 @@ def _read_test(
         return None
     _unknown(faults, place, table, _KEYS)
     before = len(faults)
+    for key in ("set", "within"):
+        if not isinstance(table.get(key, {}), dict):
+            faults.add(f"{place}.{key}", "is no table", f'as {key}.PATH = "value"')
     name = table.get("name", place)
     must = None
     if "must" in table:
@@ -308,8 +312,7 @@ def _read_test(
             each.path if each.path.startswith(place) else f"{place}.within.{each.path}"
         )
         faults.append(dataclasses.replace(each, path=path))
-    if must is not None:
-        _impossible(faults, place, must, scene, within)
+    _impossible(faults, place, must, scene, within)
     if len(faults) > before:
         return None
     return AcceptanceTest(
@@ -318,7 +321,8 @@ def _read_test(
 
 
 def _flat(table: Any, above: str = "") -> dict[str, Any]:
-    """Values by path, of keys with dots or of tables; a range stays a table."""
+    """Values by path, of keys with dots or of tables, none of what is no table; a range
+    stays a table."""
     found = {}
     for key, value in (table if isinstance(table, dict) else {}).items():
         if isinstance(value, dict) and not {"low", "high"} & set(value):
@@ -334,27 +338,32 @@ def _range(scene: Scene, path: str, given: dict[str, Any], place: str) -> list[f
     for key in given:
         if key not in ("low", "high", "count"):
             faults.add(f"{place}.{key}", "is not a key of a range", "low, high, count")
-    if not {"low", "high"} <= set(given):
-        faults.add(place, "has one end", "give low and high")
     count = given.get("count", _COUNT)
     if not isinstance(count, int) or count < 2:
         faults.add(f"{place}.count", f"{count!r} is no number of values", "2 or more")
+    ends = [given.get("low"), given.get("high")]
+    if None in ends:
+        faults.add(place, "has one end", "give low and high")
+        faults.report()
+    tried: Any = faults.attempt(numbers_in_si, scene, path, ends)
+    if tried is not None and not tried[0] < tried[1]:
+        faults.add(place, f"{ends[0]} is not below {ends[1]}", "low is the lower end")
     faults.report()
-    low, high = numbers_in_si(scene, path, [given["low"], given["high"]])
-    if not low < high:
-        hint = "low is the lower end"
-        faults.add(place, f"{given['low']} is not below {given['high']}", hint)
-    faults.report()
-    return np.linspace(low, high, count).tolist()
+    assert tried is not None
+    return np.linspace(tried[0], tried[1], count).tolist()
 
 
 def _impossible(
-    faults: Issues, place: str, must: Must, scene: Scene, within: dict[str, float]
+    faults: Issues,
+    place: str,
+    must: Must | None,
+    scene: Scene,
+    within: dict[str, float],
 ) -> None:
     """Errors of tests that no run passes, or every run."""
     starts = float(scene.start_speed)
     if must in (Must.HOLDS, Must.BREAKS_AWAY) and starts != 0:
-        what = f"asks for {must.value!r} of a run that starts at {starts:g} rad/s"
+        what = f"asks for '{must}' of a run that starts at {starts:g} rad/s"
         faults.add(f"{place}.must", what, "set initial.omega = 0")
     times = [name for name in within if name in ("stopping_time", "hook_travel")]
     if must is Must.DOES_NOT_STOP and times:
@@ -362,7 +371,7 @@ def _impossible(
         faults.add(f"{place}.within.{times[0]}", what, "leave one of them out")
     for name, limit in within.items():
         if limit <= 0 and not name.startswith("energy."):
-            what = f"{limit:g} can hold for no run"
+            what = f"{limit:g} holds for {'every' if is_least(name) else 'no'} run"
             faults.add(f"{place}.within.{name}", what, "give a number above 0")
 
 
@@ -424,14 +433,16 @@ _MUST = {
 
 
 def _value(result: Result, name: str, limit: float) -> float | None:
-    """A metric of a run, or the mean pressure of the lining nearest its limit."""
+    """A metric of a run, or the mean pressure of the lining nearest its limit; the
+    reserve of a brake that held no load is infinite."""
     if not result.ok:
         return None
     if name == PRESSURE:
         checks = limit_checks(result, {name: limit})
         return next(check.value for check in checks if check.name == name)
     value = float(result[name])
-    return value if np.isfinite(value) else None
+    unloaded = name == HOLDING and result.report().held_nothing
+    return value if np.isfinite(value) or unloaded else None
 
 
 def _is_worse(name: str, value: float | None, than: float | None) -> bool:
@@ -442,4 +453,4 @@ def _is_worse(name: str, value: float | None, than: float | None) -> bool:
 
 
 def _keeps(name: str, value: float | None, limit: float) -> bool:
-    return value is not None and bool(keeps(limit, name, value))
+    return value is not None and margin_to(limit, name, value) >= 0

@@ -27,6 +27,9 @@ linings = { count = 8, wrap = "270 deg", friction = 0.35 }
 def file(tmp_path):
     """A file of tests next to its scene."""
     (tmp_path / "stop.toml").write_text(SCENE)
+    hook = "{ mass = 0, drum_radius = 0.4, line_count = 8 }"
+    empty = SCENE.replace('"4 kN*m"', hook)
+    (tmp_path / "empty_hook.toml").write_text(empty)
     open_brake = SCENE.replace('"20 rad/s"', "0").replace('"12 kN"', "0")
     bearings = '[[shaft]]\ntype = "BearingFriction"\nfriction_torque = "5 kN*m"\n'
     (tmp_path / "on_bearings.toml").write_text(open_brake + bearings)
@@ -76,6 +79,11 @@ def test_each_result_and_the_worst_of_a_range(file):
         must = "does not stop"
         set."duty.slack_tension.level" = 0
         [[test]]
+        name = "nothing hangs"
+        must = "stops"
+        scene = "empty_hook.toml"
+        within.min_holding_reserve = 1.25
+        [[test]]
         name = "slips"
         must = "breaks away"
         set."initial.omega" = 0
@@ -104,11 +112,13 @@ def test_each_result_and_the_worst_of_a_range(file):
         False,
         True,
         True,
+        True,
     ]
+    assert json.dumps(found.as_dict(), allow_nan=False)
     assert "dry friction alone" in found.answers[2].result
     assert "alone does not hold" in found.answers[3].result
     assert "broke away" in found.answers[4].result
-    assert [answer.runs for answer in found.answers] == [3, 1, 1, 1, 1, 1, 1]
+    assert [answer.runs for answer in found.answers] == [3, 1, 1, 1, 1, 1, 1, 1]
 
 
 @pytest.mark.parametrize(
@@ -143,8 +153,11 @@ def test_every_error_at_once(file):
         [[test]]
         must = "does not stop"
         within.stopping_time = "1 s"
-        set."duty.load.profile.level" = { low = "8 kN*m", high = "2 kN*m" }
+        set."duty.load.profile.level" = { low = "8 kN*m", high = "2 kN*m", count = 1 }
         [[test]]
+        [[test]]
+        set = "no table"
+        within = { max_tension = -1, min_holding_reserve = 0 }
         """)
     assert paths_of(sb.checks.read_tests, path) == [
         "tests",
@@ -152,9 +165,13 @@ def test_every_error_at_once(file):
         "test[0].set.duty.load.profile.levl",
         "test[1].within.stopping_tim",
         "test[1].must",
+        "test[2].set.duty.load.profile.level.count",
         "test[2].set.duty.load.profile.level",
         "test[2].within.stopping_time",
         "test[3]",
+        "test[4].set",
+        "test[4].within.max_tension",
+        "test[4].within.min_holding_reserve",
     ]
 
 
