@@ -74,6 +74,7 @@ def scene(
 
 FULL = lever(20e3, 20e3, 20e3, 20e3)
 WEAK = lever(9e3, 9e3, 9e3, 9e3)
+WEAKER = lever(8e3, 8e3, 8e3, 8e3)
 EASED = lever(20e3, 20e3, 8e3, 8e3)
 LOST = lever(20e3, 20e3, 0.0, 0.0)
 OPEN = lever(0.0, 0.0, 0.0, 0.0)
@@ -160,39 +161,37 @@ SHIPPED = (
     "shoe",
     "rig",
 )
-HOISTING = Motor("60 kN*m", "2 MW", "40 rad/s")
+STOP = Phase(20e3, "rest", "brake")
+#: of a brake that slides on
+SLIDES = {"w0": 8.0, "end": 60.0, "hydro": 60.0}
 
 
 def phases(*some, **others):
     return scene(Phases(tuple(some)), **others)
 
 
-def driven(*speeds, **others):
+def then_held(pull):
+    return phases(STOP, Phase(pull, "20 s", "hold"), **SLIDES)
+
+
+def driven(*speeds, torque="60 kN*m"):
     course = sb.PiecewiseLinear([0.0, 3.0], list(speeds))
-    return {**others, "motor": dataclasses.replace(HOISTING, speed=course)}
+    return Motor(torque, "2 MW", "40 rad/s", course)
 
 
 #: the same of phases, motors, levers that follow a speed, and of what the duty says
 OTHERS = {
     "slips off in a hold": (
-        phases(
-            Phase(20e3, "rest", "brake"),
-            Phase(8e3, "20 s", "hold"),
-            w0=8.0,
-            end=60.0,
-            hydro=60.0,
-        ),
+        then_held(8e3),
         ("H3", "red", "hold"),
     ),
     "slips in a hold, and is caught later": (
         phases(
-            Phase(20e3, "rest"),
+            STOP,
             Phase(8e3, "3 s", "hold"),
-            Phase(20e3, "rest"),
+            STOP,
             Phase(20e3, "5 s", "hold"),
-            w0=8.0,
-            end=60.0,
-            hydro=60.0,
+            **SLIDES,
         ),
         ("H1", "red", "hold"),
     ),
@@ -209,27 +208,19 @@ OTHERS = {
         ("T1", "red", "rest"),
     ),
     "a strong brake whose phase has too little time": (
-        phases(Phase(20e3, "rest", "brake"), w0=10.0, end=0.2),
+        phases(STOP, w0=10.0, end=0.2),
         ("T1", "amber", "rest"),
     ),
     "let go in a hold": (
-        phases(
-            Phase(20e3, "rest", "brake"),
-            Phase(LOST, "20 s", "hold"),
-            w0=8.0,
-            end=60.0,
-            hydro=60.0,
-        ),
+        then_held(LOST),
         ("H1", "red", "hold"),
     ),
     "a timed brake that is too weak": (
-        phases(Phase(9e3, "10 s", "brake"), w0=8.0, end=60.0, hydro=60.0),
+        phases(Phase(9e3, "10 s", "brake"), **SLIDES),
         ("U1", "red", "unsaid"),
     ),
     "a timed brake, said to lower": (
-        phases(
-            Phase(9e3, "30 s", "brake", wants="lower"), w0=8.0, end=60.0, hydro=60.0
-        ),
+        phases(Phase(9e3, "30 s", "brake", wants="lower"), **SLIDES),
         ("L4", "red", "lower"),
     ),
     "a brake that never comes to rest": (
@@ -237,37 +228,26 @@ OTHERS = {
         ("T1", "red", "rest"),
     ),
     "held by the motor": (
-        scene(OPEN, w0=5.0, **driven(5.0, 0.0)),
+        scene(OPEN, w0=5.0, motor=driven(5.0, 0.0)),
         ("H7", "amber", "rest"),
     ),
     "a motor against the brake": (
-        scene(
-            WEAK,
-            w0=1.0,
-            **{
-                "motor": Motor(
-                    "20 kN*m",
-                    "2 MW",
-                    "40 rad/s",
-                    sb.PiecewiseLinear([0.0, 3.0], [0, 10]),
-                )
-            },
-        ),
+        scene(lever(*[10e3] * 4), w0=1.0, motor=driven(0.0, 10.0, torque="20 kN*m")),
         ("M3", "amber", "lower"),
     ),
     "held by the motor and a weak brake": (
-        scene(lever(8e3, 8e3, 8e3, 8e3), w0=5.0, **driven(5.0, 0.0)),
+        scene(WEAKER, w0=5.0, motor=driven(5.0, 0.0)),
         ("H2", "red", "rest"),
     ),
     "breaks away, as is meant": (
-        scene(lever(8e3, 8e3, 8e3, 8e3), hydro=60.0, wants="free"),
+        scene(WEAKER, hydro=60.0, wants="free"),
         ("X1", "amber", "free"),
     ),
     "let go before it rested": (
         scene(lever(5e3, 0.0, 0.0, 0.0), w0=8.0, hydro=60.0),
         ("H5", "amber", "released"),
     ),
-    "hoisted": (scene(LATE, **driven(0.0, -5.0)), ("M1", "green", "hoist")),
+    "hoisted": (scene(LATE, motor=driven(0.0, -5.0)), ("M1", "green", "hoist")),
     "lowered by the lever": (
         scene(SpeedHold("30 kN"), w0=3.0),
         ("L1", "green", "lower"),
@@ -334,7 +314,7 @@ def test_what_a_duty_says_is_checked(request):
         scene(FULL, wants="stop"),
         scene(FULL, wants="hoist"),
         scene(SpeedHold("9 kN"), wants="rest"),
-        phases(Phase(20e3, "rest"), wants="rest"),
+        phases(STOP, wants="rest"),
         phases(Phase(20e3, "travel 5 m", wants="rest")),
         phases(Phase(20e3, "5 s", wants="hoist")),
         dataclasses.replace(scene(FULL), duty=nothing_hangs),
