@@ -33,6 +33,14 @@ def rigid_run(*load, **parts):
     return sb.simulate(rigid(*load, **parts))
 
 
+def helped_hold(share, after):
+    """A load of `share` times what the brake holds, which bearings help to hold; at 2 s
+    it changes to `after`, and the lever is let go."""
+    loads = (share * TORQUE, share * TORQUE, after * TORQUE, after * TORQUE)
+    bearings = sb.loads.BearingFriction(0.3 * TORQUE)
+    return rigid(loads, lever=(T0, T0, 0.0, 0.0), w0=0.0, shaft=(bearings,))
+
+
 def two_stops(again, end):
     """Released at 2 s and braked anew at the time `again`."""
     lever = sb.PiecewiseLinear(

@@ -89,16 +89,14 @@ def run(curves, corner=np.inf, guard_samples=15):
     system = Timed(
         Curve(*map(jnp.asarray, zip(*curves, strict=True))), jnp.asarray(corner)
     )
-    start = jnp.zeros(3, jnp.int32), jnp.asarray(0)
-    return solve(
-        system,
-        jnp.asarray(0.0),
-        start,
-        0.0,
-        1.0,
-        settings(1e-10, guard_samples=guard_samples),
-        TSIT5,
-    )
+    return solved(system, 3, guard_samples)
+
+
+def solved(system, count, guard_samples):
+    """From 0 to 1, with so many guards."""
+    start = jnp.zeros(count, jnp.int32), jnp.asarray(0)
+    how = settings(1e-10, guard_samples=guard_samples)
+    return solve(system, jnp.asarray(0.0), start, 0.0, 1.0, how, TSIT5)
 
 
 def down(at, slope=1.0):
@@ -253,15 +251,7 @@ class Limit(Timed):
 
 def limited(offset, slope, guard_samples=15):
     system = Limit((jnp.asarray(offset), jnp.asarray(slope)), jnp.asarray(0.5))
-    start = (jnp.zeros(1, jnp.int32), jnp.asarray(0))
-    return solve(
-        system,
-        jnp.asarray(0.0),
-        start,
-        0.0,
-        1.0,
-        settings(1e-10, guard_samples=guard_samples),
-    )
+    return solved(system, 1, guard_samples)
 
 
 @pytest.mark.parametrize("samples", [0, 15])

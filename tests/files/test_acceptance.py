@@ -28,15 +28,12 @@ def file(tmp_path):
     """A file of tests next to its scene."""
     (tmp_path / "stop.toml").write_text(SCENE)
     hook = "{ mass = 0, drum_radius = 0.4, line_count = 8 }"
-    empty = SCENE.replace('"4 kN*m"', hook)
-    (tmp_path / "empty_hook.toml").write_text(empty)
-    open_brake = SCENE.replace('"20 rad/s"', "0").replace('"12 kN"', "0")
+    (tmp_path / "empty_hook.toml").write_text(SCENE.replace('"4 kN*m"', hook))
     bearings = '[[shaft]]\ntype = "BearingFriction"\nfriction_torque = "5 kN*m"\n'
-    (tmp_path / "on_bearings.toml").write_text(open_brake + bearings)
-    weak = SCENE.replace('"20 rad/s"', "0").replace('"12 kN"', '"1.2 kN"')
-    (tmp_path / "helped.toml").write_text(weak + bearings)
-    times, moments = "[0, 3, 3.1, 3.3]", "[4e3, 4e3, 40e3, 4e3]"
-    jerk = f'type = "PiecewiseLinear", times = {times}, values = {moments}'
+    for name, force in (("on_bearings", 0), ("helped", "1.2e3")):
+        scene = SCENE.replace('"20 rad/s"', "0").replace('"12 kN"', f"{force}")
+        (tmp_path / f"{name}.toml").write_text(scene + bearings)
+    jerk = 'type = "PiecewiseLinear", times = [0, 3, 3.1, 3.3], values = [4e3, 4e3, 40e3, 4e3]'
     load = f'{{ type = "TorqueLoad", profile = {{ {jerk} }} }}'
     (tmp_path / "jerked.toml").write_text(SCENE.replace('"4 kN*m"', load))
 
@@ -97,15 +94,12 @@ def test_each_result_and_the_worst_of_a_range(file):
         for load in (2e3, 5e3, 8e3)
     ]
     times = [float(run.stopping_time) for run in runs]
-    assert len(found.answers[0].worst) == 2
     worst = found.answers[0].worst
-    assert worst["stopping_time"] == (
-        max(times),
-        {"duty.load.profile.level": 8e3},
-    )
-    assert worst["min_holding_reserve"].value == runs[2]["min_holding_reserve"]
+    reserve = runs[2]["min_holding_reserve"]
+    assert worst["stopping_time"] == (max(times), {"duty.load.profile.level": 8e3})
+    assert worst["min_holding_reserve"].value == reserve
     assert [answer.passed for answer in found.answers] == [
-        max(times) <= 0.8 and runs[2]["min_holding_reserve"] >= 4.5,
+        max(times) <= 0.8 and reserve >= 4.5,
         True,
         False,
         False,
@@ -122,10 +116,9 @@ def test_each_result_and_the_worst_of_a_range(file):
 
 
 @pytest.mark.parametrize(
-    ("limit", "code"), [("10 s", 0), ("0.1 s", 3), ('"soon"', 2), ("0", 2)]
+    ("limit", "code"), [('"10 s"', 0), ('"0.1 s"', 3), ('"soon"', 2), ("0", 2)]
 )
 def test_exit_codes_and_json(file, capsys, limit, code):
-    limit = limit if limit[0] in '"0' and " " not in limit else f'"{limit}"'
     path = file(f"""
         [[test]]
         name = "stops"

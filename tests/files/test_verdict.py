@@ -11,7 +11,19 @@ import pytest
 from commands import call
 from helpers import input_error, near
 from scenes import replaced, stop_run, stop_scene
-from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, R, rigid, rigid_run
+from verdict_scenes import (
+    ANGLE,
+    LOAD,
+    PI,
+    STOP,
+    T0,
+    TORQUE,
+    W0,
+    R,
+    helped_hold,
+    rigid,
+    rigid_run,
+)
 
 import simbrake as sb
 from simbrake.results import limit_checks
@@ -195,11 +207,7 @@ def test_breaking_away_is_red_and_letting_go_amber():
 )
 def test_a_hold_counts_after_its_load_is_taken_off(share, colour, state):
     """Bearings helped to hold the load; at the end none hangs on the open brake."""
-    bearings = (sb.loads.BearingFriction(0.2 * TORQUE),)
-    load = share * TORQUE
-    scene = rigid(
-        (load, load, 0.0, 0.0), lever=(T0, T0, 0.0, 0.0), w0=0.0, shaft=bearings
-    )
+    scene = helped_hold(share, 0.0)
     said = sb.simulate(scene).verdict(AMPLE)
     assert (said.colour, said.reason) == (colour, "X0")
     (row,) = [row for row in said.rows if row.name.startswith("Holding")]

@@ -18,8 +18,8 @@ import pytest
 from browsers import browser_path, chromium
 from commands import call, output
 from helpers import all_near, near
-from scenes import PI, stop_scene
-from verdict_scenes import T0, R, rigid
+from scenes import stop_scene
+from verdict_scenes import helped_hold
 
 import simbrake as sb
 
@@ -271,16 +271,8 @@ def test_each_move_in_the_browser_is_a_run(published, browser, values):
 
 @pytest.mark.slow
 def test_a_page_tells_of_an_earlier_weak_hold(browser, tmp_path):
-    """Bearings help to hold 1/0.91 of the capacity; half of it runs on when let go."""
-    capacity = R * T0 * (PI - 1)
-    heavy, light = capacity / 0.91, capacity / 2
-    scene = rigid(
-        (heavy, heavy, light, light),
-        lever=(T0, T0, 0.0, 0.0),
-        w0=0.0,
-        shaft=(sb.shaft.BearingFriction(0.3 * capacity),),
-    )
-    sb.write_scene(scene, tmp_path / "weak.toml")
+    """The load runs on when it is let go."""
+    sb.write_scene(helped_hold(1 / 0.91, 0.5), tmp_path / "weak.toml")
     page_file = tmp_path / "weak.html"
     output("publish", str(tmp_path / "weak.toml"), "--out", str(page_file))
     if browser is None:
