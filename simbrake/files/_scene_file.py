@@ -367,7 +367,9 @@ def scene_from_text(
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise input_error(
-            "TOML", str(error), "fix this line; texts need quotes"
+            "TOML",
+            str(error),
+            "fix this line: quotes around texts, a decimal point, each key once",
         ) from None
     # a number of more digits than Python converts
     except (RecursionError, ValueError) as error:
